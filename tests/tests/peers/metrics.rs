@@ -90,7 +90,7 @@ fn ours(x: &Frame, y: &Frame, chosen: Binning) -> Value {
         figures[format!("mutual_information_{name}")] =
             json!(metrics::mutual_information(x, y, binning));
     }
-    let [real, simulated] = [x, y].map(|frame| Blob::find(frame, COLUMNS, WARM_ABOVE_C));
+    let [real, simulated] = [x, y].map(|frame| Blob::find(frame, WARM_ABOVE_C));
     let apart = real.zip(simulated).map(|(a, b)| a.distance_pixels(&b));
     figures["centroid_error_pixels"] = json!(apart);
     figures

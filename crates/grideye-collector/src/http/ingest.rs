@@ -11,7 +11,7 @@ use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::log::{Level, LogEvent};
 use crate::store::Appended;
-use axum::body::{Body, Bytes};
+use axum::body::Body;
 use axum::extract::Request;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse as _, Response};
@@ -53,7 +53,7 @@ async fn take(
     check_announced(headers, bytes_max)?;
     let body = collect(body, bytes_max, |bytes| room.grow(bytes));
     let body = in_body_time(&shared.limits, body).await?;
-    let (batch, compact) = form.read(body)?;
+    let batch = Arc::new(form.read(&body)?);
     check_device(caller, &batch.device)?;
     if !shared.live.has_room_for(&batch) {
         return Err(too_many_sensors(shared.limits.sensors_max));
@@ -66,11 +66,7 @@ async fn take(
         shared.seldom.say("", now, event);
     }
     let (store, kept) = (&shared.store, Arc::clone(&batch));
-    let appended = match compact {
-        Some(compact) => store.append_compact(kept, compact, t_arrival_ns),
-        None => store.append(kept, t_arrival_ns),
-    };
-    let appended = appended.await?;
+    let appended = store.append(kept, t_arrival_ns).await?;
     // Kept until here: a batch that waits for the disk takes memory just as its body did.
     drop(room);
     let answer = appended.acknowledgement().map_err(|error| {
@@ -106,12 +102,11 @@ impl Form {
         check_is_json(headers).map(|()| Self::Json)
     }
 
-    /// The batch, and the body if a store may keep it as it is.
-    fn read(self, body: Bytes) -> Result<(Arc<Batch>, Option<Bytes>), WireError> {
-        Ok(match self {
-            Self::Json => (Arc::new(Batch::from_json(&body)?), None),
-            Self::Binary => (Arc::new(Batch::from_binary(&body)?), Some(body)),
-        })
+    fn read(self, body: &[u8]) -> Result<Batch, WireError> {
+        match self {
+            Self::Json => Batch::from_json(body),
+            Self::Binary => Batch::from_binary(body),
+        }
     }
 }
 

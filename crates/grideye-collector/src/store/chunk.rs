@@ -6,13 +6,13 @@
 //! ```
 
 use crate::store::error::Result;
+use crate::store::plan::Arrived;
 use crate::store::row::{damaged, unsigned};
-use crate::store::runs::Arrived;
 use crate::store::segment::{self, SealedRow};
 use grideye_recording::record::layout::{ByteReader, Fault, Form, put};
 
 /// Maximum rows in a plain chunk, so that reading one is quick.
-const PLAIN_ROWS_MAX: usize = 256;
+pub(super) const PLAIN_ROWS_MAX: usize = 256;
 
 /// Bytes reserved for each row, a little more than a row takes.
 const ROW_BYTES: usize = 112;

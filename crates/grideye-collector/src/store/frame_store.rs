@@ -7,7 +7,6 @@ use crate::store::types::{
     Answer, Appended, KeptLabel, Label, Members, News, Recording, Span, StoreUsage, StoredRecord,
     StreamSummary,
 };
-use axum::body::Bytes;
 use grideye_recording::wire::Batch;
 use std::sync::Arc;
 use tokio::sync::mpsc;
@@ -22,22 +21,6 @@ pub trait FrameStore: Send + Sync + 'static {
     fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended> {
         self.queue().append(Taken {
             batch,
-            compact: None,
-            t_arrival_ns,
-        })
-    }
-
-    /// Like `append`, for a batch that was decoded from `compact` ([`Batch::from_binary`]); a store may keep those
-    /// bytes as they are.
-    fn append_compact(
-        &self,
-        batch: Arc<Batch>,
-        compact: Bytes,
-        t_arrival_ns: i64,
-    ) -> Answer<'_, Appended> {
-        self.queue().append(Taken {
-            batch,
-            compact: Some(compact),
             t_arrival_ns,
         })
     }

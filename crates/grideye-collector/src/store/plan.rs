@@ -4,9 +4,8 @@ use crate::limits::Limits;
 use crate::store::account;
 use crate::store::error::{Result, StoreError};
 use crate::store::row::{count, fitting, unsigned};
-use crate::store::runs::{Fresh, Runs};
+use crate::store::runs::Runs;
 use crate::store::types::{Appended, SensorAppended, StreamSummary};
-use axum::body::Bytes;
 use grideye_recording::wire::{Account, Batch, SensorBatch};
 use grideye_recording::{Record, StreamId};
 use hashbrown::{Equivalent, HashMap};
@@ -16,8 +15,6 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub(super) struct Taken {
     pub(super) batch: Arc<Batch>,
-    /// The batch in its compact form, if it came in that form.
-    pub(super) compact: Option<Bytes>,
     pub(super) t_arrival_ns: i64,
 }
 
@@ -65,6 +62,9 @@ impl Equivalent<Arc<StreamId>> for StreamName<'_> {
     }
 }
 
+/// A record, and the wall clock of the collector when it arrived.
+pub(super) type Arrived = (Record, i64);
+
 /// One stream: its stored state, and the planned changes.
 #[derive(Debug, Default)]
 pub(super) struct StreamState {
@@ -79,15 +79,9 @@ pub(super) struct StreamState {
     pub(super) t_last_arrival_ns: i64,
     pub(super) t_sent_boot_ns: Option<i64>,
     pub(super) runs: Runs,
-    /// The new frames with their arrival times.
-    pub(super) fresh: Fresh,
+    /// The new frames by their numbers.
+    pub(super) fresh: BTreeMap<u64, Arrived>,
     pub(super) is_touched: bool,
-    /// For an engine that writes its tables later: the last group in the tables, whether the stream waits, the fresh
-    /// rows already counted, the last group planned.
-    pub(super) kept_group: i64,
-    pub(super) is_unsettled: bool,
-    pub(super) rows_noted: usize,
-    pub(super) last_group: Option<i64>,
 }
 
 impl StreamState {
@@ -99,14 +93,9 @@ impl StreamState {
 
     /// The store now has everything planned: the next plan starts from here.
     pub(super) fn settle(&mut self) {
-        if self.is_touched {
-            self.fresh.clear();
-            self.runs.settle();
-            self.is_touched = false;
-            self.is_unsettled = false;
-            self.rows_noted = 0;
-            self.last_group = None;
-        }
+        self.fresh.clear();
+        self.runs.settle();
+        self.is_touched = false;
     }
 
     /// Whether all these frames come after every number received so far.
@@ -118,16 +107,16 @@ impl StreamState {
 
     /// Whether the store itself has the number, not only the plan.
     pub(super) fn is_settled(&self, seq: u64) -> bool {
-        self.runs.contains(seq) && self.fresh.get(seq).is_none()
+        self.runs.contains(seq) && !self.fresh.contains_key(&seq)
     }
 
     /// Of the new frames: the lowest and highest number, how many have pixels, how many are missing.
     pub(super) fn share(&self) -> Option<(i64, i64, i64, i64)> {
-        let (first, last) = self.fresh.ends()?;
-        let stored = self.fresh.iter().filter(|(record, _)| has_pixels(record));
+        let (first, last) = (self.fresh.keys().next()?, self.fresh.keys().next_back()?);
+        let stored = self.fresh.values().filter(|(record, _)| has_pixels(record));
         let stored = count(stored.count());
         // Numbers in `fresh` were checked to fit.
-        let number = |seq: u64| i64::try_from(seq).unwrap_or(i64::MAX);
+        let number = |seq: &u64| i64::try_from(*seq).unwrap_or(i64::MAX);
         let missing = count(self.fresh.len()) - stored;
         Some((number(first), number(last), stored, missing))
     }
@@ -210,7 +199,7 @@ impl Plan<'_> {
                 false => within.get(&record.seq).copied(),
             };
             let kept = || {
-                let fresh = state.fresh.get(record.seq);
+                let fresh = state.fresh.get(&record.seq).map(|(record, _)| record);
                 fresh.or_else(|| self.contents.get(&name)?.get(&record.seq))
             };
             let known = match state.runs.contains(record.seq) {
@@ -253,7 +242,7 @@ impl Plan<'_> {
             } else {
                 state.runs.add(record.seq);
             }
-            state.fresh.add(*record, t_arrival_ns);
+            state.fresh.insert(record.seq, (*record, t_arrival_ns));
             fresh.push(record.seq);
             if has_pixels(record) {
                 state.stored += 1;

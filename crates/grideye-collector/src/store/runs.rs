@@ -1,6 +1,5 @@
-//! The numbers received of one stream, as runs without gaps; and the frames not yet written to the tables.
+//! The numbers received of one stream, as runs without gaps.
 
-use grideye_recording::Record;
 use grideye_recording::wire::Gap;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,6 +11,8 @@ pub(super) struct Runs {
     changed: BTreeSet<u64>,
     /// First numbers of runs that were joined to the run before.
     gone: BTreeSet<u64>,
+    /// Whether the newest run is longer than its row: an engine may keep its end with the stream.
+    is_longer: bool,
 }
 
 impl Runs {
@@ -20,7 +21,16 @@ impl Runs {
         self.runs.insert(first, last);
     }
 
-    /// First numbers of runs that vanished; first and last numbers of runs that are new or longer.
+    /// The newest run goes on to this number: its row is older than the stream's.
+    pub(super) fn restore_last(&mut self, seq: u64) {
+        if let Some(mut newest) = self.runs.last_entry() {
+            self.is_longer = *newest.get() < seq;
+            *newest.get_mut() = seq.max(*newest.get());
+        }
+    }
+
+    /// First numbers of runs that vanished; first and last numbers of runs that are new or longer, without the newest
+    /// if it only became longer.
     pub(super) fn changes(&self) -> (Vec<u64>, Vec<(u64, u64)>) {
         let changed = self.changed.iter();
         (
@@ -29,6 +39,14 @@ impl Runs {
                 .filter_map(|first| Some((*first, *self.runs.get(first)?)))
                 .collect(),
         )
+    }
+
+    /// Counts the newest run among the changes too.
+    pub(super) fn note_newest(&mut self) {
+        if std::mem::take(&mut self.is_longer) {
+            let newest = self.runs.last_key_value();
+            self.changed.extend(newest.map(|(first, _)| *first));
+        }
     }
 
     /// The store now has all changes.
@@ -49,10 +67,7 @@ impl Runs {
         match self.runs.last_entry() {
             Some(mut last) if last.get().checked_add(1) == Some(seq) => {
                 *last.get_mut() = seq;
-                let first = *last.key();
-                if self.changed.last() != Some(&first) {
-                    self.changed.insert(first);
-                }
+                self.is_longer = true;
             }
             _ => self.add(seq),
         }
@@ -60,6 +75,7 @@ impl Runs {
 
     /// Adds a number that is not contained: extends a run, joins two, or begins one.
     pub(super) fn add(&mut self, seq: u64) {
+        self.note_newest();
         let after = seq.checked_add(1);
         let joined = after.and_then(|next| Some((next, self.runs.remove(&next)?)));
         let last = match joined {
@@ -122,82 +138,9 @@ impl Runs {
     }
 }
 
-pub(super) type Arrived = (Record, i64);
-
-/// Rows of capacity kept after clearing: a little more than ten seconds bring.
-const ROOM_KEPT: usize = 128;
-
-/// Each number once. Numbers usually come in order; late ones are kept apart, so that no order is slow.
-#[derive(Debug, Default)]
-pub(super) struct Fresh {
-    in_order: Vec<Arrived>,
-    late: BTreeMap<u64, Arrived>,
-}
-
-impl Fresh {
-    pub(super) fn add(&mut self, record: Record, t_arrival_ns: i64) {
-        let last = self.in_order.last().map(|(last, _)| last.seq);
-        if last.is_none_or(|last| last < record.seq) {
-            self.in_order.push((record, t_arrival_ns));
-        } else {
-            self.late.insert(record.seq, (record, t_arrival_ns));
-        }
-    }
-
-    pub(super) fn get(&self, seq: u64) -> Option<&Record> {
-        let place = self
-            .in_order
-            .binary_search_by_key(&seq, |(record, _)| record.seq);
-        let found = place.ok().and_then(|place| self.in_order.get(place));
-        found
-            .or_else(|| self.late.get(&seq))
-            .map(|(record, _)| record)
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.in_order.len() + self.late.len()
-    }
-
-    pub(super) fn is_empty(&self) -> bool {
-        self.in_order.is_empty()
-    }
-
-    pub(super) fn iter(&self) -> impl Iterator<Item = &Arrived> {
-        let mut in_order = self.in_order.iter().peekable();
-        let mut late = self.late.values().peekable();
-        std::iter::from_fn(move || {
-            let is_late = match (in_order.peek(), late.peek()) {
-                (Some((first, _)), Some((late, _))) => late.seq < first.seq,
-                (None, Some(_)) => true,
-                (_, None) => false,
-            };
-            if is_late {
-                late.next()
-            } else {
-                in_order.next()
-            }
-        })
-    }
-
-    pub(super) fn ends(&self) -> Option<(u64, u64)> {
-        let first = self.iter().next()?;
-        // Late numbers are below the last in-order one.
-        let last = self.in_order.last()?;
-        Some((first.0.seq, last.0.seq))
-    }
-
-    pub(super) fn clear(&mut self) {
-        self.in_order.clear();
-        self.in_order.shrink_to(ROOM_KEPT);
-        self.late.clear();
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use grideye_frame::{NoData, Reading};
-    use grideye_recording::{ClockState, Stamp};
 
     /// Tries every order of a few numbers against a plain set.
     #[test]
@@ -221,7 +164,7 @@ mod tests {
     fn check(order: &[u64]) {
         let (mut runs, mut set) = (Runs::default(), BTreeSet::new());
         let mut appended = Runs::default();
-        let mut stored = BTreeMap::new();
+        let (mut stored, mut behind) = (BTreeMap::new(), BTreeMap::new());
         for seq in order {
             assert!(!runs.contains(*seq), "{order:?}");
             runs.add(*seq);
@@ -231,7 +174,6 @@ mod tests {
                 appended.add(*seq);
             }
             assert!(appended.iter().eq(runs.iter()), "{order:?}");
-            assert_eq!(appended.changes(), runs.changes(), "{order:?}");
             set.insert(*seq);
             for asked in 0..9 {
                 assert_eq!(runs.contains(asked), set.contains(&asked), "{order:?}");
@@ -245,14 +187,25 @@ mod tests {
             let never_came: u64 = gaps.iter().map(|gap| gap.to - gap.from + 1).sum();
             let expected = set.last().unwrap() + 1 - u64::try_from(set.len()).unwrap();
             assert_eq!(never_came, expected, "{order:?}");
-            // The changes, applied to a stored copy, give the same runs.
-            let (gone, changed) = runs.changes();
-            for first in gone {
-                stored.remove(&first);
+            // The changes, applied to a stored copy, give the same runs, where the newest goes on to the last number.
+            for (from, stored) in [(&mut runs, &mut stored), (&mut appended, &mut behind)] {
+                let (gone, changed) = from.changes();
+                for first in gone {
+                    stored.remove(&first);
+                }
+                stored.extend(changed);
+                from.settle();
+                let mut again = Runs::default();
+                for (first, last) in &*stored {
+                    again.restore(*first, *last);
+                }
+                again.restore_last(from.last().unwrap());
+                assert!(again.iter().eq(from.iter()), "{order:?}");
+                // Read again, it goes on with the same changes.
+                if seq % 2 == 0 {
+                    *from = again;
+                }
             }
-            stored.extend(changed);
-            runs.settle();
-            appended.settle();
             assert!(runs.iter().eq(stored.clone()), "{order:?}");
         }
     }
@@ -263,41 +216,5 @@ mod tests {
         runs.add(u64::MAX);
         runs.add(u64::MAX - 1);
         assert_eq!(Vec::from_iter(runs.iter()), [(u64::MAX - 1, u64::MAX)]);
-    }
-
-    fn record(seq: u64) -> Record {
-        let stamp = Stamp {
-            t_boot_ns: seq,
-            t_utc_ns: 0,
-            clock: ClockState::Synced,
-        };
-        Record {
-            seq,
-            stamp,
-            reading: Reading::NoData(NoData::Nack),
-        }
-    }
-
-    /// Tries every sequence of six frames with five numbers against a plain set.
-    #[test]
-    fn it_iterates_in_the_order_of_the_numbers() {
-        for code in 0..5_u64.pow(6) {
-            let came = (0..6).map(|place| code / 5_u64.pow(place) % 5);
-            let (mut fresh, mut set) = (Fresh::default(), BTreeSet::new());
-            for seq in came {
-                assert_eq!(fresh.get(seq).is_some(), set.contains(&seq));
-                if set.insert(seq) {
-                    fresh.add(record(seq), 7);
-                }
-            }
-            let held: Vec<u64> = fresh.iter().map(|(record, _)| record.seq).collect();
-            assert_eq!(held, set.iter().copied().collect::<Vec<_>>());
-            let is_there = |seq: &u64| fresh.get(*seq) == Some(&record(*seq));
-            assert!(held.iter().all(is_there));
-            assert_eq!((fresh.len(), fresh.is_empty()), (set.len(), false));
-            assert_eq!(fresh.ends(), set.first().copied().zip(set.last().copied()));
-            fresh.clear();
-            assert!(fresh.is_empty() && fresh.ends().is_none() && fresh.get(0).is_none());
-        }
     }
 }

@@ -31,7 +31,7 @@ fn partial(out: &Path) -> PathBuf {
     PathBuf::from(format!("{}.partial", out.display()))
 }
 
-/// A store with settled, sealed and missing frames, and waiting batches.
+/// A store with plain, sealed and missing frames, and arrivals that have not yet moved.
 async fn specimen(path: &Path) -> SqliteStore {
     let limits = Limits {
         seal_after: std::time::Duration::ZERO,
@@ -59,7 +59,7 @@ async fn specimen(path: &Path) -> SqliteStore {
 }
 
 #[tokio::test]
-async fn a_backup_of_a_store_in_use_includes_waiting_batches() {
+async fn a_backup_of_a_store_in_use_is_whole() {
     let folder = tempfile::tempdir().unwrap();
     let (file, out) = (folder.path().join("s"), folder.path().join("a b%?#\u{e9}"));
     let store = specimen(&file).await;
@@ -90,7 +90,7 @@ async fn a_backup_of_a_store_in_use_includes_waiting_batches() {
         restored.streams().await.unwrap(),
     );
     assert_eq!(before, after);
-    assert_eq!(before, backed_up.streams, "before anything is settled");
+    assert_eq!(before, backed_up.streams);
     assert_eq!(after[0].unaccounted(), Some(0));
     assert_eq!(backed_up.recordings, 1);
     let recordings = restored.recordings().await.unwrap();

@@ -2,7 +2,7 @@
 //!
 //! A program of layout N wrote `tests/stores/layout-N.store` with [`fill`], in the first test below with
 //! `GRIDEYE_WRITE_STORE=FILE`; for layout 2 at commit 3efd576. It holds a sealed segment, plain chunks, acknowledged
-//! batches not yet in the tables, two boots, a gap, missing frames, accounts, two recordings (one running), a note and
+//! batches that had not yet moved there, two boots, a gap, missing frames, accounts, two recordings (one running), a note and
 //! labels.
 
 use crate::batches::{account, batch, counted, frame, missing, numbered, part};
@@ -10,7 +10,7 @@ use crate::clocks::{BEGIN_NS, Clocks};
 use crate::{disks, postgres};
 use grideye_collector::store::migrate::migrate;
 use grideye_collector::store::{
-    KeptLabel, Label, LabelSpan, Recording, StoredRecord, StreamSummary,
+    KeptLabel, Label, LabelSpan, Recording, StoredRecord, StreamSummary, backup,
 };
 use grideye_collector::{
     Clock as _, FrameStore, Limits, Log, PostgresStore, SqliteStore, StoreError, StoreLocation,
@@ -39,7 +39,7 @@ fn open(path: &Path) -> Result<SqliteStore, StoreError> {
     SqliteStore::open(&StoreLocation::File(path.to_owned()), &limits())
 }
 
-/// Fills a store over two minutes; the last batches stay outside a file's tables.
+/// Fills a store over two minutes; the last batches stay outside a file's chunks.
 async fn fill(store: &dyn FrameStore, clocks: &Clocks) {
     let append = async |batch: Batch, at_ms: i64| {
         let t_arrival_ns = BEGIN_NS + at_ms * 1_000_000;
@@ -176,7 +176,7 @@ async fn a_file_of_the_present_layout_holds_what_a_later_program_must_read() {
         std::fs::copy(&path, keep).unwrap();
     }
     assert_eq!(sql(&path, "SELECT count(*) FROM chunks WHERE is_sealed"), 1);
-    assert_eq!(sql(&path, "SELECT count(*) FROM pending"), 3);
+    assert_eq!(sql(&path, "SELECT count(*) FROM arrivals"), 5);
     assert!(seen(&open(&path).unwrap()).await == expected().await);
 }
 
@@ -206,6 +206,19 @@ async fn a_file_of_each_layout_is_read_whole_and_takes_more() {
             "SELECT group_concat(sql, ';') FROM (SELECT sql FROM sqlite_schema ORDER BY name)";
         let columns = "SELECT count(*) FROM sqlite_schema t, pragma_table_info(t.name)";
         assert_eq!(sql(&path, columns), sql_of_new(columns), "{tables}");
+    }
+}
+
+#[tokio::test]
+async fn a_backup_of_an_older_layout_is_the_file_and_opens_whole() {
+    for layout in 2..sql_of_new("PRAGMA user_version") {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, _) = copy_of(layout, folder.path());
+        let out = folder.path().join("out.sqlite");
+        let backed_up = backup(&path, &out, |_, _, _| {}).unwrap();
+        assert_eq!((backed_up.streams.len(), backed_up.recordings), (4, 2));
+        assert_eq!(sql(&out, "PRAGMA user_version"), layout);
+        assert!(seen(&open(&out).unwrap()).await == expected().await);
     }
 }
 
@@ -377,7 +390,7 @@ async fn times_of_arrival_of_before_make_no_frame_old() {
     let log = Log::new(move |event| said.lock().unwrap().push(event.to_string()));
     let store = SqliteStore::open_tended(&location, &limits, &clocks.handed(), &log).unwrap();
     let upgraded = format!(
-        "info: store_upgraded from=2 to=3 backup={}",
+        "info: store_upgraded from=2 to=4 backup={}",
         backup.display()
     );
     assert_eq!(lines.lock().unwrap()[..], [upgraded]);

@@ -1,4 +1,4 @@
-//! Acknowledged frames that are not yet in a file's tables: after a crash, beside another program, after an error.
+//! Acknowledged frames in a file, moved into its chunks or not: after a crash, beside another program, after an error.
 
 use crate::batches::{account, batch, counted, frame, missing, numbered, part};
 use grideye_collector::store::{StoredRecord, StreamSummary};
@@ -80,34 +80,26 @@ fn copy_as_it_is(from: &Path, to: &Path) {
 #[tokio::test]
 async fn after_a_crash_at_any_batch_every_acknowledged_frame_exists_once() {
     let posts = posts();
-    let mut pending_at_most = 0;
+    let mut waiting_at_most = 0;
     for crash_after in 1..=posts.len() {
         let (folder, crashed) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         let store = open(folder.path());
-        // Settled after each batch: the tables must end like this.
+        // Moved after each batch: the file must end like this.
         let reference = SqliteStore::open(&StoreLocation::Memory, &Limits::default()).unwrap();
         for store in [&store, &reference] {
             store.start_recording("all".to_owned(), 1).await.unwrap();
         }
-        for (number, (batch, t_arrival_ns)) in posts[..crash_after].iter().enumerate() {
+        for (batch, t_arrival_ns) in &posts[..crash_after] {
             let batch = Arc::new(batch.clone());
-            let kept = Arc::clone(&batch);
-            let one = match number % 2 {
-                0 => store.append(kept, *t_arrival_ns),
-                // As sent by an agent in binary.
-                _ => {
-                    let compact = batch.to_binary().unwrap().into();
-                    store.append_compact(kept, compact, *t_arrival_ns)
-                }
-            };
+            let one = store.append(Arc::clone(&batch), *t_arrival_ns);
             let one = one.await.unwrap();
             let other = reference.append(batch, *t_arrival_ns).await.unwrap();
             assert_eq!(one, other);
             reference.streams().await.unwrap();
         }
         copy_as_it_is(folder.path(), crashed.path());
-        let pending = sql(crashed.path(), "SELECT count(*) FROM pending");
-        pending_at_most = pending_at_most.max(pending);
+        let waiting = sql(crashed.path(), "SELECT count(*) FROM arrivals");
+        waiting_at_most = waiting_at_most.max(waiting);
         let again = open(crashed.path());
         // The next batch finds the streams unchanged, and its repeated frames are known.
         let (repeated, t_arrival_ns) = &posts[crash_after - 1];
@@ -116,17 +108,14 @@ async fn after_a_crash_at_any_batch_every_acknowledged_frame_exists_once() {
             store.append(repeated, *t_arrival_ns).await.unwrap();
         }
         assert_eq!(seen(&again).await, seen(&reference).await, "{crash_after}");
-        assert_eq!(sql(crashed.path(), "SELECT count(*) FROM pending"), 0);
+        assert_eq!(sql(crashed.path(), "SELECT count(*) FROM arrivals"), 0);
     }
-    assert!(
-        pending_at_most >= 4,
-        "nothing was left pending: {pending_at_most}"
-    );
-    assert!(pending_at_most < 13, "nothing was settled in between");
+    assert!(waiting_at_most >= 4, "nothing waited: {waiting_at_most}");
+    assert!(waiting_at_most < 10, "nothing moved in between");
 }
 
 #[tokio::test]
-async fn two_programs_on_one_file_see_what_the_other_left_pending() {
+async fn two_programs_on_one_file_see_what_the_other_stored() {
     let folder = tempfile::tempdir().unwrap();
     let stores = [open(folder.path()), open(folder.path())];
     for seq in 0..40 {
@@ -149,21 +138,51 @@ async fn two_programs_on_one_file_see_what_the_other_left_pending() {
 }
 
 #[tokio::test]
-async fn tables_that_cannot_be_written_hold_nothing_up_and_are_brought_up_later() {
+async fn a_table_that_cannot_be_written_refuses_the_batch_whole_until_it_can() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = open(folder.path());
+    let before = store.append(Arc::new(numbered(0..5)), 1).await.unwrap();
+    let other = rusqlite::Connection::open(folder.path().join("frames.sqlite")).unwrap();
+    for (statement, table) in [
+        ("INSERT", "arrivals"),
+        ("INSERT", "runs"),
+        ("UPDATE", "streams"),
+        ("UPDATE", "counters"),
+    ] {
+        let fault = format!(
+            "CREATE TRIGGER fault BEFORE {statement} ON {table} BEGIN SELECT RAISE(ABORT, 'no'); END"
+        );
+        other.execute_batch(&fault).unwrap();
+        // The numbers leave a gap, so that every table has a new row.
+        let late = counted(10..15, account(15, 0, 0));
+        store.append(Arc::new(late), 2).await.unwrap_err();
+        let streams = store.streams().await.unwrap();
+        assert_eq!(streams[..], [before.sensors[0].stream.clone()], "{table}");
+        other.execute_batch("DROP TRIGGER fault").unwrap();
+    }
+    let late = counted(10..15, account(15, 0, 0));
+    let appended = store.append(Arc::new(late), 2).await.unwrap();
+    assert_eq!(appended.sensors[0].fresh, [10, 11, 12, 13, 14]);
+    assert_eq!(store.streams().await.unwrap()[0].stored, 10);
+}
+
+#[tokio::test]
+async fn arrivals_that_cannot_move_hold_nothing_up_and_move_later() {
     let folder = tempfile::tempdir().unwrap();
     let store = open(folder.path());
     store.append(Arc::new(numbered(0..5)), 1).await.unwrap();
-    assert_eq!(store.streams().await.unwrap()[0].stored, 5);
+    store.newest().await.unwrap();
     let other = rusqlite::Connection::open(folder.path().join("frames.sqlite")).unwrap();
     let fault = "CREATE TRIGGER fault BEFORE INSERT ON chunks BEGIN SELECT RAISE(ABORT, 'no'); END";
     other.execute_batch(fault).unwrap();
     for seq in 5..10 {
         let appended = store.append(Arc::new(numbered([seq])), 1).await.unwrap();
         assert_eq!(appended.sensors[0].stream.durable_through, Some(seq));
-        // A reader gets what the tables have, and leaves pending rows alone.
-        assert_eq!(store.streams().await.unwrap()[0].stored, 5);
+        assert_eq!(store.streams().await.unwrap()[0].stored, seq + 1);
+        // A reader of frames gets those that have moved.
+        assert_eq!(store.newest().await.unwrap()[0].record.seq, 4);
     }
     other.execute_batch("DROP TRIGGER fault").unwrap();
-    assert_eq!(store.streams().await.unwrap()[0].stored, 10);
-    assert_eq!(sql(folder.path(), "SELECT count(*) FROM pending"), 0);
+    assert_eq!(store.newest().await.unwrap()[0].record.seq, 9);
+    assert_eq!(sql(folder.path(), "SELECT count(*) FROM arrivals"), 0);
 }

@@ -59,9 +59,9 @@ impl Source {
     pub(super) fn open(file: &Path, limits: &Limits) -> Result<Self> {
         let mut connection = sqlite::open_store(file, limits)?;
         sqlite::prepare(&mut connection, file)?;
-        sqlite::settle(&connection, limits)?;
         // The connection holds the lock: nobody adds to the file while it is copied.
         connection.execute_batch("BEGIN IMMEDIATE")?;
+        sqlite::move_arrivals(&connection)?;
         let streams = streams(&connection)?;
         let sql = "SELECT epoch, groups, (SELECT coalesce(max(t_last_arrival_ns), 0) FROM streams),
                           (SELECT count(*) FROM recordings) FROM counters";
@@ -155,14 +155,17 @@ const OF_STREAMS: [(&str, &str); 3] = [
         "INSERT INTO grideye.streams SELECT * FROM json_populate_recordset(NULL::grideye.streams, $1::TEXT::JSON)",
     ),
     (
-        "SELECT json_group_array(json_object('device', device, 'stream', ?2, 'first_seq', first, 'last_seq', last))
+        "SELECT json_group_array(json_object('device', device, 'stream', ?2, 'first_seq', first, 'last_seq',
+             iif(first = (SELECT max(first) FROM runs WHERE stream_id = ?1), max(last, last_seq), last)))
          FROM runs JOIN streams ON id = stream_id WHERE stream_id = ?1",
         "INSERT INTO grideye.runs SELECT * FROM json_populate_recordset(NULL::grideye.runs, $1::TEXT::JSON)",
     ),
     (
         "SELECT json_group_array(json_object('device', device, 'stream', ?2, 'epoch', epoch, 'first_seq', first_seq,
-             'last_seq', last_seq, 'stored', shares.stored, 'missing', shares.missing))
-         FROM shares JOIN streams ON id = stream_id WHERE stream_id = ?1",
+             'last_seq', last_seq, 'stored', stored, 'missing', missing)) FROM (
+                 SELECT s.device, a.epoch, min(a.first_seq) AS first_seq, max(a.last_seq) AS last_seq,
+                     sum(a.stored) AS stored, sum(a.missing) AS missing
+                 FROM all_shares a JOIN streams s ON s.id = a.stream_id WHERE a.stream_id = ?1 GROUP BY a.epoch)",
         "INSERT INTO grideye.shares SELECT * FROM json_populate_recordset(NULL::grideye.shares, $1::TEXT::JSON)",
     ),
 ];

@@ -82,6 +82,9 @@ async fn transact(
         limits,
     };
     let appended = taken.iter().map(|taken| plan.take(taken)).collect();
+    for state in states.values_mut() {
+        state.runs.note_newest();
+    }
     save_all(session, &states, (lane, n), epoch).await?;
     // Streams created for batches that were then rejected.
     let is_empty = |id: &&StreamId| states.get(*id).is_none_or(|state| !state.is_touched);
@@ -295,7 +298,7 @@ async fn without_empty(session: &Session, empty: &BTreeSet<&StreamId>) -> Result
 async fn save_frames(session: &Session, touched: &Touched<'_>, epoch: i64) -> Result<()> {
     let mut frames = FrameColumns::default();
     for (id, state) in touched {
-        for (record, t_arrival_ns) in state.fresh.iter() {
+        for (record, t_arrival_ns) in state.fresh.values() {
             let key = (id.device.as_str(), number(state));
             frames.push(key, record, *t_arrival_ns, epoch)?;
         }

@@ -10,19 +10,20 @@ use crate::limits::Limits;
 use crate::percent::percent_encoded;
 use crate::store::error::{Result, StoreError};
 use crate::store::row::count;
-use crate::store::sqlite::known::Known;
-use crate::store::sqlite::read;
 use crate::store::sqlite::schema::{
-    APPLICATION_ID, Found, LAYOUT, READ_WRITE, STEPS, TABLES, WRITTEN, recognize,
+    APPLICATION_ID, Found, LAYOUT, READ_WRITE, SINCE_4, STEPS, TABLES, WRITTEN, recognize,
 };
+use crate::store::sqlite::{older, read};
 use crate::store::types::{Stage, StreamSummary};
+use grideye_recording::StreamId;
 use grideye_recording::whole::sync_folder_of;
 use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{
-    Connection, ErrorCode, OpenFlags, OptionalExtension as _, TransactionBehavior, params,
+    Connection, ErrorCode, OpenFlags, OptionalExtension as _, Row, TransactionBehavior, params,
 };
 use rustix::fs::{CWD, FlockOperation, RenameFlags, flock, renameat_with};
 use rustix::io::Errno;
+use std::collections::HashMap;
 use std::fs::{File, OpenOptions, Permissions};
 use std::io;
 use std::os::unix::ffi::OsStrExt as _;
@@ -35,7 +36,7 @@ const PAGES_A_STEP: i32 = 1024;
 /// The result of a backup.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BackedUp {
-    /// Every stream of the copy, including batches that wait to be settled.
+    /// Every stream of the copy.
     pub streams: Vec<StreamSummary>,
     /// Recordings.
     pub recordings: u64,
@@ -125,9 +126,8 @@ pub fn backup(
     copy(&snapshot, out, &mut progress, |copy, progress| {
         compare(copy, &books, &limits, progress)
     })?;
-    let streams = books.streams.into_iter();
     Ok(BackedUp {
-        streams: streams.map(|(stream, _)| stream).collect(),
+        streams: books.streams,
         recordings: books.recordings,
         bytes,
     })
@@ -219,17 +219,20 @@ fn check_integrity(copy: &Connection) -> Result<(), BackupError> {
 }
 
 struct Books {
-    /// Each stream, and how many of its frames wait to be settled.
-    streams: Vec<(StreamSummary, u64)>,
+    streams: Vec<StreamSummary>,
     recordings: u64,
 }
 
 impl Books {
     fn of(connection: &Connection, limits: &Limits) -> Result<Self> {
+        let last_seq = match recognize(connection)? {
+            Found::Older(_) => read::LAST_SEQ_OF_OLDER,
+            Found::Store | Found::Nothing => read::LAST_SEQ,
+        };
         let recordings: i64 =
             connection.query_row("SELECT count(*) FROM recordings", [], |row| row.get(0))?;
         Ok(Self {
-            streams: Known::books(connection, limits)?,
+            streams: read::streams_within(connection, limits, last_seq)?,
             recordings: recordings.unsigned_abs(),
         })
     }
@@ -242,7 +245,6 @@ fn compare(
     limits: &Limits,
     progress: &mut impl FnMut(Stage, u64, u64),
 ) -> Result<(), BackupError> {
-    recognize(copy).map_err(|error| differs(&error))?;
     let found = Books::of(copy, limits).map_err(|error| differs(&error))?;
     let pairs = books.streams.iter().zip(&found.streams);
     if let Some((stored, copied)) = pairs.clone().find(|(stored, copied)| stored != copied) {
@@ -254,22 +256,20 @@ fn compare(
         let what = format!("streams and recordings {before:?} became {after:?}");
         return Err(differs(&what));
     }
-    let all = found
-        .streams
-        .iter()
-        .map(|(stream, _)| readable(stream))
-        .sum();
+    let all = found.streams.iter().map(readable).sum();
     let mut done = 0;
-    for (stream, unsettled) in &found.streams {
-        let settled = count_frames(copy, stream, |frames| {
+    let arrived = count_arrivals(copy).map_err(|error| differs(&error))?;
+    for stream in &found.streams {
+        let in_chunks = count_frames(copy, stream, |frames| {
             done += frames;
             progress(Stage::Comparing, done, all);
         })
         .map_err(|error| differs(&error))?;
-        done += unsettled;
-        if settled + unsettled != readable(stream) {
+        let counted = in_chunks + arrived.get(&*stream.id).copied().unwrap_or(0);
+        done += counted - in_chunks;
+        if counted != readable(stream) {
             let (id, expected) = (&stream.id, readable(stream));
-            let what = format!("{id:?} has {} frames, not {expected}", settled + unsettled);
+            let what = format!("{id:?} has {counted} frames, not {expected}");
             return Err(differs(&what));
         }
     }
@@ -280,6 +280,33 @@ fn compare(
 /// Frames stored and not deleted since.
 fn readable(stream: &StreamSummary) -> u64 {
     stream.stored.saturating_sub(stream.expired)
+}
+
+/// Decodes every arrival, of which older layouts have none, and counts the frames with pixels by stream.
+fn count_arrivals(copy: &Connection) -> Result<HashMap<StreamId, u64>> {
+    let mut frames = HashMap::new();
+    if matches!(recognize(copy)?, Found::Older(_)) {
+        return Ok(frames);
+    }
+    let mut statement = copy.prepare(
+        "SELECT a.first_seq, a.last_seq, a.epoch, 0, a.rows, s.device, s.sensor, s.boot
+         FROM arrivals a JOIN streams s ON s.id = a.stream_id",
+    )?;
+    let mut arrivals = statement.query([])?;
+    while let Some(arrival) = arrivals.next()? {
+        let counted = frames_of(arrival)?;
+        *frames.entry(read::stream_id(arrival, 5)?).or_default() += counted;
+    }
+    Ok(frames)
+}
+
+/// Decodes a chunk or an arrival, and counts its frames with pixels.
+fn frames_of(row: &Row<'_>) -> Result<u64> {
+    let rows = read::rows_of(row)?;
+    let frames = rows
+        .iter()
+        .filter(|row| row.record.reading.frame().is_some());
+    Ok(count(frames.count()).unsigned_abs())
 }
 
 /// Decodes every chunk of a stream and counts the frames with pixels.
@@ -293,11 +320,7 @@ fn count_frames(
     let mut chunks = statement.query(params![id.device, id.sensor, id.boot])?;
     let mut all = 0;
     while let Some(chunk) = chunks.next()? {
-        let rows = read::rows_of(chunk)?;
-        let frames = rows
-            .iter()
-            .filter(|row| row.record.reading.frame().is_some());
-        let frames = count(frames.count()).unsigned_abs();
+        let frames = frames_of(chunk)?;
         all += frames;
         each(frames);
     }
@@ -420,6 +443,7 @@ pub(crate) fn prepare(connection: &mut Connection, file: &Path) -> Result<Option
     match recognize(&transaction)? {
         Found::Nothing => {
             transaction.execute_batch(TABLES)?;
+            transaction.execute_batch(SINCE_4)?;
             transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
             transaction.pragma_update(None, "user_version", LAYOUT)?;
         }
@@ -436,9 +460,12 @@ pub(crate) fn prepare(connection: &mut Connection, file: &Path) -> Result<Option
 /// Copies the file, then upgrades its layout in the caller's transaction, which blocks all other writers.
 fn upgrade(transaction: &Connection, file: &Path, (from, to): (i64, i64)) -> Result<Upgraded> {
     let backup = back_up(transaction, file, from)?;
+    let pending = older::pending(transaction)?;
     for (_, step) in STEPS.iter().filter(|(layout, _)| *layout >= from) {
         transaction.execute_batch(step)?;
     }
+    transaction.execute_batch(SINCE_4)?;
+    older::take_in(transaction, pending)?;
     transaction.pragma_update(None, "user_version", to)?;
     Ok(Upgraded { from, backup })
 }

@@ -1,9 +1,9 @@
 //! The store in one SQLite file.
 
+mod append;
 mod backup;
-mod known;
 mod labels;
-mod pending;
+mod older;
 mod place;
 mod read;
 mod retain;
@@ -13,8 +13,8 @@ mod tend;
 mod time;
 mod write;
 
+pub(super) use append::move_arrivals;
 pub use backup::{BackedUp, BackupError, backup};
 pub(super) use backup::{open as open_store, prepare};
 pub(super) use read::{rows_of, stream_id};
 pub use store::SqliteStore;
-pub(super) use write::settle;

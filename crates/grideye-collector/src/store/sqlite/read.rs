@@ -35,21 +35,26 @@ pub(super) fn ping(connection: &Connection) -> Result<()> {
 
 const STREAM_COLUMNS: &str =
     "id, device, sensor, boot, stored, missing, account, account_read, came_since_account,
-    t_last_arrival_ns, expired, kept_group";
+    t_last_arrival_ns, expired";
+
+/// Follows [`STREAM_COLUMNS`]: the end of the newest run, which layouts before 4 have in its row.
+pub(super) const LAST_SEQ: &str = "last_seq";
+pub(super) const LAST_SEQ_OF_OLDER: &str = "-1";
 
 pub(super) fn streams(connection: &Connection, limits: &Limits) -> Result<Vec<StreamSummary>> {
     // One snapshot, so that counts and gaps match.
     let snapshot = connection.unchecked_transaction()?;
-    streams_within(&snapshot, limits)
+    streams_within(&snapshot, limits, LAST_SEQ)
 }
 
 /// The same within the caller's transaction.
 pub(super) fn streams_within(
     connection: &Connection,
     limits: &Limits,
+    last_seq: &str,
 ) -> Result<Vec<StreamSummary>> {
     let mut statement = connection.prepare_cached(&format!(
-        "SELECT {STREAM_COLUMNS} FROM streams ORDER BY device, sensor, boot"
+        "SELECT {STREAM_COLUMNS}, {last_seq} FROM streams ORDER BY device, sensor, boot"
     ))?;
     let newest = count(limits.gaps_listed_max.saturating_add(1));
     let streams = statement.query_and_then([], |row| {
@@ -62,7 +67,7 @@ pub(super) fn streams_within(
 /// The full state of a stream, for the writer.
 pub(super) fn state(connection: &Connection, id: &StreamId) -> Result<Option<StreamState>> {
     let mut statement = connection.prepare_cached(&format!(
-        "SELECT {STREAM_COLUMNS} FROM streams WHERE device = ? AND sensor = ? AND boot = ?"
+        "SELECT {STREAM_COLUMNS}, {LAST_SEQ} FROM streams WHERE device = ? AND sensor = ? AND boot = ?"
     ))?;
     let mut rows = statement.query(params![id.device, id.sensor, id.boot])?;
     let row = rows.next()?;
@@ -82,7 +87,6 @@ fn state_of(connection: &Connection, row: &Row<'_>, runs_max: i64) -> Result<Str
         came_since_account: row.get(8)?,
         t_last_arrival_ns: row.get(9)?,
         expired: row.get(10)?,
-        kept_group: row.get(11)?,
         ..StreamState::default()
     };
     let mut statement = connection.prepare_cached(
@@ -91,6 +95,9 @@ fn state_of(connection: &Connection, row: &Row<'_>, runs_max: i64) -> Result<Str
     let mut runs = statement.query([state.key, runs_max])?;
     while let Some(run) = runs.next()? {
         state.restore_run(run.get(0)?, run.get(1)?)?;
+    }
+    if let Ok(last_seq) = u64::try_from(row.get::<_, i64>(11)?) {
+        state.runs.restore_last(last_seq);
     }
     Ok(state)
 }
@@ -203,7 +210,7 @@ pub(super) fn members(connection: &Connection, id: RecordingId, through: i64) ->
     let (recording, epochs) = recording_and_range(&connection, id, through)?;
     let mut statement = connection.prepare_cached(
         "SELECT s.device, s.sensor, s.boot, s.id, min(a.first_seq), max(a.last_seq)
-         FROM shares a JOIN streams s ON s.id = a.stream_id
+         FROM all_shares a JOIN streams s ON s.id = a.stream_id
          WHERE a.epoch > ? AND a.epoch <= ?
          GROUP BY s.id ORDER BY s.device, s.sensor, s.boot",
     )?;
@@ -245,7 +252,7 @@ fn recording_of(
     let (frames, missing, sensors) = connection
         .prepare_cached(
             "SELECT coalesce(sum(stored), 0), coalesce(sum(missing), 0), count(DISTINCT stream_id)
-             FROM shares WHERE epoch > ? AND epoch <= ?",
+             FROM all_shares WHERE epoch > ? AND epoch <= ?",
         )?
         .query_row([epochs.0, epochs.1], |counts| {
             Ok((counts.get(0)?, counts.get(1)?, counts.get(2)?))

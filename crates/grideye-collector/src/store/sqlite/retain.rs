@@ -42,11 +42,10 @@ enum Reason {
 #[derive(Debug)]
 pub(super) struct Deleted {
     reason: Reason,
-    pub(super) key: i64,
     id: StreamId,
     first_seq: i64,
     last_seq: i64,
-    pub(super) frames: i64,
+    frames: i64,
 }
 
 impl Deleted {
@@ -276,7 +275,6 @@ impl Step<'_> {
             .query_row(params![frames, key], |row| read::stream_id(row, 0))?;
         self.deleted.push(Deleted {
             reason,
-            key,
             id,
             first_seq,
             last_seq,

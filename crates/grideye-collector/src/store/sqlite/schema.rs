@@ -5,27 +5,24 @@ use rusqlite::{Connection, OpenFlags};
 
 /// Marks the file as ours: "GEYE".
 pub(super) const APPLICATION_ID: i64 = 0x4745_5945;
-pub(super) const LAYOUT: i64 = 3;
+pub(super) const LAYOUT: i64 = 4;
 
 /// Flags for an existing file.
 pub(super) const READ_WRITE: OpenFlags =
     OpenFlags::SQLITE_OPEN_READ_WRITE.union(OpenFlags::SQLITE_OPEN_NO_MUTEX);
 
-/// `pending` holds groups of batches until the other tables have them; a stream's `kept_group` is the last group its
-/// tables have.
-/// `chunks` holds ascending rows of one stream, many in one chunk (`chunk.rs`), old ones sealed; `frames` counts those
-/// with pixels.
+/// `arrivals` holds what each batch brought of a stream, in the order of arrival; `chunks` holds ascending rows of one
+/// stream, some seconds, and once sealed, some minutes. Both have the rows of `chunk.rs`; `frames` counts those with
+/// pixels. A frame is in one of the two: arrivals move in order, many at once (`append.rs`).
 /// It has a rowid, because a search in keys stored beside such large rows reads every row it passes.
 /// `t_store_ns` of a chunk is the store time (`sqlite/time.rs`) of its last row. In `counters` it is the last stored
 /// time, and chunks from before `t_aged_from_ns` count as that old.
-/// `runs` holds the received numbers as runs, permanently. `counters` has the epoch and the number of groups stored.
-/// Recordings are ranges of epochs, and `shares` says what each epoch brought to each stream.
+/// `runs` holds the received numbers as runs, permanently; the newest run of a stream ends with its `last_seq`, and its
+/// row is written when another begins. `counters` has the epoch and the number of groups stored.
+/// Recordings are ranges of epochs, and `shares` says what each epoch brought to each stream; a stream has the share of
+/// the last epoch that brought something. So a batch changes one row of a stream, and adds one of its frames.
 /// Deleted rows still count in `stored`; `expired` counts those of them that had pixels.
 pub(super) const TABLES: &str = "
-CREATE TABLE pending (
-    id INTEGER PRIMARY KEY,
-    batches BLOB NOT NULL
-) STRICT;
 CREATE TABLE streams (
     id INTEGER PRIMARY KEY,
     device TEXT NOT NULL,
@@ -40,7 +37,12 @@ CREATE TABLE streams (
     account TEXT,
     account_read INTEGER,
     came_since_account INTEGER NOT NULL DEFAULT 0,
-    kept_group INTEGER NOT NULL DEFAULT 0,
+    last_seq INTEGER NOT NULL DEFAULT -1,
+    share_epoch INTEGER NOT NULL DEFAULT 0,
+    share_first INTEGER NOT NULL DEFAULT 0,
+    share_last INTEGER NOT NULL DEFAULT 0,
+    share_stored INTEGER NOT NULL DEFAULT 0,
+    share_missing INTEGER NOT NULL DEFAULT 0,
     UNIQUE (device, sensor, boot)
 ) STRICT;
 CREATE TABLE chunks (
@@ -88,8 +90,26 @@ CREATE TABLE counters (
 INSERT INTO counters (epoch, groups) VALUES (1, 0);
 ";
 
+/// What layout 4 brought beside columns: in a new file after [`TABLES`], in an older one after its last step.
+pub(super) const SINCE_4: &str = "
+CREATE TABLE arrivals (
+    id INTEGER PRIMARY KEY,
+    stream_id INTEGER NOT NULL,
+    first_seq INTEGER NOT NULL,
+    last_seq INTEGER NOT NULL,
+    epoch INTEGER NOT NULL,
+    t_store_ns INTEGER NOT NULL,
+    frames INTEGER NOT NULL,
+    rows BLOB NOT NULL
+) STRICT;
+CREATE VIEW all_shares AS
+    SELECT epoch, stream_id, first_seq, last_seq, stored, missing FROM shares UNION ALL
+    SELECT share_epoch, id, share_first, share_last, share_stored, share_missing FROM streams
+    WHERE share_epoch = (SELECT epoch FROM counters);
+";
+
 /// The step from each readable layout to the next. The first is the oldest that a released program wrote.
-pub(super) const STEPS: [(i64, &str); 1] = [(2, TO_3)];
+pub(super) const STEPS: [(i64, &str); 2] = [(2, TO_3), (3, TO_4)];
 
 const OLDEST: i64 = STEPS[0].0;
 
@@ -101,6 +121,19 @@ ALTER TABLE counters ADD COLUMN t_store_ns INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE counters ADD COLUMN t_aged_from_ns INTEGER NOT NULL DEFAULT 0;
 UPDATE counters SET t_store_ns = coalesce((SELECT max(t_store_ns) FROM chunks), 0);
 UPDATE counters SET t_aged_from_ns = t_store_ns;
+";
+
+/// Layout 3 kept groups of batches in `pending` until the other tables had them (`older.rs`); `kept_group` was the last
+/// group that a stream's tables had.
+const TO_4: &str = "
+DROP TABLE pending;
+ALTER TABLE streams DROP COLUMN kept_group;
+ALTER TABLE streams ADD COLUMN last_seq INTEGER NOT NULL DEFAULT -1;
+ALTER TABLE streams ADD COLUMN share_epoch INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE streams ADD COLUMN share_first INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE streams ADD COLUMN share_last INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE streams ADD COLUMN share_stored INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE streams ADD COLUMN share_missing INTEGER NOT NULL DEFAULT 0;
 ";
 
 /// Not part of the layout: older versions of this program neither need nor touch these tables. A label is JSON: its

@@ -27,8 +27,9 @@ use tokio::sync::Semaphore;
 /// Pages of the log between checkpoints, 32 MB: a page that many batches write is then copied into the file once.
 const CHECKPOINT_PAGES: i64 = 8192;
 
-/// The writer's page cache: it holds the last page of each stream, so that a fleet's batches read nothing.
-const CACHE_KIB: i64 = 32 * 1024;
+/// The writer's page cache. At each commit after a page was split, SQLite visits every page in it, so a larger one costs
+/// more than it saves.
+const CACHE_KIB: i64 = 4 * 1024;
 
 /// A store in an SQLite file, in WAL mode and synced at every commit.
 #[derive(Debug)]

@@ -1,7 +1,4 @@
 //! The writer: one thread, one transaction at a time, which takes all waiting requests.
-//!
-//! Memory holds the state of each stream, so a new frame needs no look-up. The state is forgotten after a failed
-//! transaction, and when another program has written (`PRAGMA data_version`).
 
 use crate::limits::Limits;
 use crate::log::Log;
@@ -9,7 +6,7 @@ use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::plan::Taken;
 use crate::store::queue::{Change, Command, Group, Outcome, Reply, WriteFault};
 use crate::store::row::count;
-use crate::store::sqlite::known::Known;
+use crate::store::sqlite::append::{Known, move_arrivals};
 use crate::store::sqlite::place::Presence;
 use crate::store::sqlite::retain::DeletedCounts;
 use crate::store::sqlite::tend::Tender;
@@ -31,7 +28,7 @@ const GATHER_FROM: usize = 4;
 
 /// Takes the space of a batch, and gives it back.
 const TAKE_ROOM: &str =
-    "SAVEPOINT room; INSERT INTO pending (id, batches) VALUES (-1, zeroblob(65536));
+    "SAVEPOINT room; CREATE TABLE room (bytes BLOB); INSERT INTO room VALUES (zeroblob(65536));
                          ROLLBACK TO room; RELEASE room";
 
 pub(super) struct Writer {
@@ -109,9 +106,16 @@ impl Writer {
 
     /// One transaction and one sync for the whole group.
     fn append(&mut self, taken: &[Taken]) -> Outcome {
-        let outcome = self
-            .keeping_known(|transaction, known, limits| known.append(transaction, taken, limits))
-            .map_err(|error| self.told_from_a_full_disk(error));
+        let (now_ns, limits) = (self.time.now_ns(), &self.limits);
+        // Forgotten if it fails, because the file is rolled back.
+        let mut known = std::mem::take(&mut self.known);
+        let outcome = commit(&self.connection, &mut self.presence, |transaction| {
+            known.append(transaction, taken, now_ns, limits)
+        });
+        if outcome.is_ok() {
+            self.known = known;
+        }
+        let outcome = outcome.map_err(|error| self.told_from_a_full_disk(error));
         match &outcome {
             Err(error) => self.fault.set(Some(error.clone())),
             // If every batch was rejected for its content, nothing was written.
@@ -121,28 +125,11 @@ impl Writer {
         outcome
     }
 
-    /// Runs `work` in a transaction. If it fails, the in-memory state is forgotten, because the file was rolled back.
-    fn keeping_known<T>(
-        &mut self,
-        work: impl FnOnce(&Connection, &mut Known, &Limits) -> Result<T>,
-    ) -> Result<T> {
-        let mut known = std::mem::take(&mut self.known);
-        known.set_time(self.time.now_ns());
-        let limits = &self.limits;
-        let done = commit(&self.connection, &mut self.presence, |transaction| {
-            work(transaction, &mut known, limits)
-        })?;
-        self.known = known;
-        Ok(done)
-    }
-
-    /// Runs `work` in a transaction after settling everything.
+    /// Runs `work` in a transaction after moving the arrivals.
     fn settled<T>(&mut self, work: impl FnOnce(&Connection) -> Result<T>) -> Result<T> {
-        self.keeping_known(|transaction, known, limits| {
-            known.settle_all(transaction, limits)?;
-            let done = work(transaction)?;
-            known.begin_epoch(transaction)?;
-            Ok(done)
+        commit(&self.connection, &mut self.presence, |transaction| {
+            move_arrivals(transaction)?;
+            work(transaction)
         })
     }
 
@@ -157,7 +144,9 @@ impl Writer {
         });
         match tended {
             Ok(deleted) => {
-                self.known.forget_deleted(&deleted);
+                if !deleted.is_empty() {
+                    self.known = Known::default();
+                }
                 for part in deleted {
                     self.deleted.add(&part);
                     self.log.say(&part.event());
@@ -187,13 +176,11 @@ impl Writer {
                 self.answer(reply, done, true);
             }
             Change::AddLabel(id, label, reply) => {
-                let add = |file: &Connection| labels::add(file, id, label, labels_max);
-                let done = commit(&self.connection, &mut self.presence, add);
+                let done = self.settled(|file| labels::add(file, id, label, labels_max));
                 self.answer(reply, done, true);
             }
             Change::RemoveLabel(id, number, reply) => {
-                let remove = |file: &Connection| labels::remove(file, id, number);
-                let done = commit(&self.connection, &mut self.presence, remove);
+                let done = self.settled(|file| labels::remove(file, id, number));
                 self.answer(reply, done, true);
             }
             Change::EndEpoch(reply) => {
@@ -208,7 +195,7 @@ impl Writer {
     }
 
     /// Replies to the caller of a change, and notes whether the result shows that the store is writable: not if there
-    /// was nothing to settle, and not if the request's content was rejected.
+    /// was nothing to move, and not if the request's content was rejected.
     fn answer<T>(&self, reply: Reply<T>, done: Result<T>, shows_a_write: bool) {
         let error = done.as_ref().err();
         if error.map_or(shows_a_write, is_of_the_database) {
@@ -232,15 +219,6 @@ impl Writer {
         read::bytes(&self.connection)
             .is_ok_and(|bytes| bytes.saturating_add(GROUP_ROOM) >= bytes_max)
     }
-}
-
-/// Brings a file's tables up to everything acknowledged, for an independent reader.
-pub(crate) fn settle(connection: &Connection, limits: &Limits) -> Result<()> {
-    transact(connection, |transaction| {
-        let mut known = Known::default();
-        known.set_time(time::kept(transaction)?);
-        known.settle_all(transaction, limits)
-    })
 }
 
 /// Runs `work` in a transaction; checks before and after that the file is still in place.
@@ -286,6 +264,14 @@ fn is_of_the_database(error: &StoreError) -> bool {
 
 /// Ends the epoch and returns its number. Frames stored from now on belong to a later one.
 fn end_epoch(connection: &Connection) -> Result<i64> {
+    // The epoch in which a file was upgraded may have a row already.
+    connection.execute_batch(
+        "INSERT INTO shares SELECT share_epoch, id, share_first, share_last, share_stored, share_missing FROM streams
+         WHERE share_epoch = (SELECT epoch FROM counters)
+         ON CONFLICT (epoch, stream_id) DO UPDATE SET
+             first_seq = min(first_seq, excluded.first_seq), last_seq = max(last_seq, excluded.last_seq),
+             stored = stored + excluded.stored, missing = missing + excluded.missing",
+    )?;
     let sql = "UPDATE counters SET epoch = epoch + 1 RETURNING epoch - 1";
     let mut statement = connection.prepare_cached(sql)?;
     Ok(statement.query_row([], |row| row.get(0))?)

@@ -106,9 +106,9 @@ fn a_foreign_file_is_rejected_and_unchanged() {
     drop(open(&StoreLocation::File(newer.clone())));
     rusqlite::Connection::open(&newer)
         .unwrap()
-        .pragma_update(None, "user_version", 4)
+        .pragma_update(None, "user_version", 5)
         .unwrap();
-    assert!(refusal(&newer).contains("layout 4"), "{}", refusal(&newer));
+    assert!(refusal(&newer).contains("layout 5"), "{}", refusal(&newer));
 
     assert!(
         refusal(folder.path()).contains("hint: "),
@@ -208,7 +208,7 @@ async fn a_write_that_fails_undoes_its_whole_commit_and_says_so_to_all_in_it() {
     // Rolls back the whole transaction, as SQLite does when a disk is full.
     let other = rusqlite::Connection::open(folder.path().join("frames.sqlite")).unwrap();
     let fault =
-        "CREATE TRIGGER fault BEFORE INSERT ON pending WHEN instr(new.batches, x'0800000000000000')
+        "CREATE TRIGGER fault BEFORE INSERT ON arrivals WHEN 8 BETWEEN new.first_seq AND new.last_seq
                  BEGIN SELECT RAISE(ROLLBACK, 'full'); END; BEGIN IMMEDIATE";
     other.execute_batch(fault).unwrap();
     // While the file is locked, the first goes alone, and the others wait and share the next commit.
