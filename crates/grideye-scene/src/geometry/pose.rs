@@ -41,6 +41,17 @@ impl Pose {
         }
     }
 
+    /// The pose turned about the vertical, degrees counter-clockwise as seen from above.
+    #[must_use]
+    pub fn turned(self, by_deg: f64) -> Self {
+        let turned = rotation_z_deg(by_deg) * self.world_from_sensor();
+        Self {
+            azimuth_rad: self.azimuth_rad + by_deg.to_radians(),
+            sensor_from_world: turned.transpose(),
+            ..self
+        }
+    }
+
     /// The pose after its view turns in its own image: toward the right, then toward the bottom. At every pose these are
     /// two directions, where elevation and azimuth have only one at the zenith and nadir. The angles are those of the
     /// result.

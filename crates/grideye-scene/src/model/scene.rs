@@ -270,6 +270,43 @@ impl Scene {
         }
     }
 
+    /// The scene with these objects or agents instead, without variants.
+    #[must_use]
+    pub fn with_bodies(&self, objects: Vec<Body>, agents: Vec<Agent>) -> Self {
+        Self {
+            objects,
+            agents,
+            variants: Vec::new(),
+            ..self.clone()
+        }
+    }
+
+    /// The scene in a room this much warmer, without variants: what is as warm as the room stays so, and people wear what they
+    /// wear.
+    #[must_use]
+    pub fn in_warmer_room(&self, by_c: f64) -> Self {
+        let before_c = self.room.ambient_c;
+        let ambient_c = before_c + by_c;
+        let warmed = |celsius: &mut f64| {
+            if *celsius == before_c {
+                *celsius = ambient_c;
+            }
+        };
+        let mut scene = self.with_bodies(self.objects.clone(), self.agents.clone());
+        scene.room.ambient_c = ambient_c;
+        warmed(&mut scene.reflected_c);
+        let objects = scene.objects.iter_mut().chain(&mut scene.screen);
+        objects.for_each(|object| warmed(&mut object.surface.celsius));
+        for agent in &mut scene.agents {
+            if let Some(person) = &agent.person {
+                let surfaces = scene.model.surfaces(person, ambient_c);
+                let parts = agent.parts.iter_mut().zip(surfaces);
+                parts.for_each(|(part, surface)| part.surface = surface);
+            }
+        }
+        scene
+    }
+
     /// How many frames the sensor takes within the scene's duration, counting the first at its start: 1 if nothing
     /// moves.
     #[must_use]

@@ -246,10 +246,10 @@ impl Film {
         all
     }
 
-    /// The same with subjects of this many times the contrast.
-    pub(crate) fn warmer(mut self, times: f32) -> Self {
+    /// The same with a subject of this many times the contrast.
+    pub(crate) fn warmer(mut self, subject: usize, times: f32) -> Self {
         let scale = |image: &mut Image| image.iter_mut().for_each(|celsius| *celsius *= times);
-        for walker in &mut self.people {
+        if let Some(walker) = self.people.get_mut(subject) {
             walker.adds.iter_mut().for_each(scale);
             walker.atlas.times = times;
         }
@@ -257,17 +257,38 @@ impl Film {
         self
     }
 
-    /// How far the level runs away from the scene's over a recording, from its first third to its last, °C.
-    pub(crate) fn drift_c(&self, pictures: &[Image]) -> f64 {
+    /// Moves a person this far aside all the time.
+    pub(crate) fn moved(&mut self, person: usize, by_m: [f64; 2]) {
+        let number = self.len();
+        let walker = &mut self.people[person];
+        walker.adds = (0..number).map(|index| walker.aside(index, by_m)).collect();
+        walker.here = vec![None; number];
+        for place in &mut walker.places {
+            *place = (place.0 + by_m[0], place.1 + by_m[1], place.2);
+        }
+    }
+
+    /// How much warmer each picture is than the scene, °C, as most of its pixels say.
+    fn levels_c(&self, pictures: &[Image]) -> Vec<f64> {
         let claimed = self.claimed();
         let levels = pictures.iter().zip(claimed.iter().zip(&self.room));
-        let levels: Vec<f64> = levels
+        levels
             .map(|(seen, (claimed, room))| {
                 let left =
                     (0..PIXELS).map(|pixel| f64::from(seen[pixel] - claimed[pixel] - room[pixel]));
                 median(&left.collect::<Vec<f64>>()).unwrap_or(0.0)
             })
-            .collect();
+            .collect()
+    }
+
+    /// How much warmer a recording is than the scene, °C.
+    pub(crate) fn level_c(&self, pictures: &[Image]) -> f64 {
+        median(&self.levels_c(pictures)).unwrap_or(0.0)
+    }
+
+    /// How far the level runs away from the scene's over a recording, from its first third to its last, °C.
+    pub(crate) fn drift_c(&self, pictures: &[Image]) -> f64 {
+        let levels = self.levels_c(pictures);
         let third = levels.len() / 3;
         let mean = |levels: &[f64]| mean(levels).unwrap_or(0.0);
         // A ramp rises by two thirds of its height between the middles of these.
@@ -383,7 +404,7 @@ fn share_hidden(people: &mut [Walker], room: &[Image], with: &[Image]) {
     }
 }
 
-fn moment(time_s: f64) -> Duration {
+pub(super) fn moment(time_s: f64) -> Duration {
     Duration::try_from_secs_f64(time_s.max(0.0)).unwrap_or_default()
 }
 

@@ -13,6 +13,7 @@
 //! too, it cannot tell.
 
 mod alternative;
+mod change;
 mod decide;
 mod displaced;
 mod film;
@@ -31,6 +32,6 @@ pub use decide::{Alternatively, Contrast, Decision, OFFSETS_M};
 pub(crate) use decide::{How, decide};
 pub(crate) use film::{Film, Rendered};
 pub(crate) use recording::Recording;
-pub(crate) use remedy::{Compared, remedy};
+pub(crate) use remedy::{Compared, Remedy, remedy};
 pub(crate) use spread::Cause;
 pub(crate) use world::Law;

@@ -146,10 +146,29 @@ pub(crate) fn fill(pictures: &mut [Image], missing: &[usize]) {
 impl Recording {
     /// The same with all images turned.
     pub(crate) fn turned(&self, orientation: Orientation) -> Self {
-        Self {
-            pictures: film::turned(&self.pictures, orientation),
-            ..self.clone()
+        let mut all = self.clone();
+        all.pictures = film::turned(&all.pictures, orientation);
+        all.unit.noise_c = orientation.apply(&all.unit.noise_c);
+        all.unit.pattern_c = orientation.apply(&all.unit.pattern_c);
+        all
+    }
+
+    /// Frames in a second.
+    pub(crate) fn hz(&self) -> f64 {
+        let [Some(first), Some(last)] = [self.times_s.first(), self.times_s.last()] else {
+            return 0.0;
+        };
+        count(self.frames.saturating_sub(1)) / (last - first + self.within_s).max(1e-9)
+    }
+
+    /// The same with values that were read in another unit.
+    pub(crate) fn converted(&self, (times, more_c): (f32, f32)) -> Self {
+        let mut all = self.clone();
+        for image in &mut all.pictures {
+            *image = image.map(|value| times * value + more_c);
         }
+        all.unit.noise_c = all.unit.noise_c.map(|noise| times * noise);
+        all
     }
 }
 

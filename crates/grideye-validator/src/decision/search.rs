@@ -1,158 +1,118 @@
-//! Searches time, orientation and place for what explains a recording best.
+//! Tries every single change of scene or recording, and in every orientation, for what explains a recording best.
 
 use crate::align::Orientation;
-use crate::decision::film::{Film, Image, Rendered, add, less, turned};
-use crate::decision::recording::Recording;
-use crate::decision::template::{Hiding, Template};
-use crate::numbers::{count, evenly, index, median, whole};
+use crate::decision::change::{Change, Kind, ROWS, Row};
+use crate::decision::film::{Film, Image, Rendered, add, image, less, moment, turned};
+use crate::decision::remedy::Compared;
+use crate::decision::template::{Hiding, centered};
+use crate::numbers::{count, evenly, index, median, single, whole};
 use grideye_frame::PIXELS;
-use grideye_scene::{Scene, SceneError};
-
-/// What is changed of a scene: the recording's image, its time, and its sensor's place, in x and y, meters.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Changed {
-    pub(super) turned: Orientation,
-    pub(super) late_s: f64,
-    pub(super) moved_m: [f64; 2],
-}
+use grideye_scene::{Scene, SceneError, Simulator};
 
 /// Longest delay that is tried, seconds.
-const DELAY_MAX_S: f64 = 10.0;
-/// Farthest that the sensor is moved each way, and the steps, meters; then about the best.
-const MOVE_MAX_M: f64 = 1.5;
-const MOVE_STEP_M: f64 = 0.25;
-const NEAR_MAX_M: f64 = 0.2;
-const NEAR_STEP_M: f64 = 0.05;
+pub(super) const DELAY_MAX_S: f64 = 10.0;
 /// Pictures that are looked at.
-const PICTURES_MOST: usize = 150;
-/// How often place and time are sought in turns.
-const ROUNDS: usize = 2;
+const PICTURES_MOST: usize = 40;
+/// How often steps are halved about the best.
+const ROUNDS: i32 = 2;
+/// Standard deviations of a law within which what a scene leaves open is free.
+const FREE_SDS: f64 = 2.6;
+/// The law of the contrast of objects.
+const OBJECTS_SD: f64 = 0.2;
+/// Steps by which people's places are sought within their laws, meters.
+const WITHIN_STEP_M: f64 = 0.1;
+/// Standard deviations of the level that its limit is.
+const LEVEL_SDS: f64 = 2.576;
+/// Somebody more is sought at places this far apart, and this far from the middle of the people, meters.
+const MORE_STEP_M: f64 = 0.3;
+const MORE_MAX_M: f64 = 1.8;
+/// What somebody more must explain of a picture to be there, or to be elsewhere than in the one before, in squared standard
+/// deviations: among so many places noise alone may explain as much.
+const MORE_COST: f64 = 12.0;
 
-impl Changed {
-    pub(super) const NONE: Self = Self {
-        turned: Orientation::Upright,
-        late_s: 0.0,
-        moved_m: [0.0; 2],
-    };
-
-    /// Each of its changes alone.
-    pub(super) fn parts(self) -> impl Iterator<Item = Self> {
-        let Self {
-            turned,
-            late_s,
-            moved_m,
-        } = self;
-        let alone = [
-            Self {
-                turned,
-                ..Self::NONE
-            },
-            Self {
-                late_s,
-                ..Self::NONE
-            },
-            Self {
-                moved_m,
-                ..Self::NONE
-            },
-        ];
-        alone.into_iter().filter(|part| *part != Self::NONE)
-    }
-
-    /// Without one of its parts.
-    fn without(self, part: Self) -> Self {
-        let (is_turned, is_late) = (part.turned != Orientation::Upright, part.late_s != 0.0);
-        match (is_turned, is_late) {
-            (true, _) => Self {
-                turned: Orientation::Upright,
-                ..self
-            },
-            (_, true) => Self {
-                late_s: 0.0,
-                ..self
-            },
-            _ => Self {
-                moved_m: [0.0; 2],
-                ..self
-            },
-        }
-    }
+/// A change that was tried, in an orientation.
+#[derive(Clone, Copy)]
+pub(super) struct Tried {
+    pub(super) turned: Orientation,
+    pub(super) change: Change,
+    /// What it leaves unexplained, in squared standard deviations.
+    pub(super) left: f64,
+    /// How much warmer the recording is than the changed scene, °C.
+    pub(super) level_c: f64,
 }
 
-/// How much of a recording a changed scene explains, at its best contrast, in squared standard deviations.
-pub(super) struct Search {
+/// What a changed scene shows at the pictures that are looked at.
+struct Shown {
+    room: Vec<Image>,
+    subject: Vec<Image>,
+    /// What its freedom costs.
+    cost: f64,
+}
+
+pub(super) struct Search<'a> {
+    compared: &'a Compared<'a>,
     hiding: Hiding,
+    /// The scene as it is, with people within their laws.
+    pub(super) own: Tried,
     /// The scene at all times that the recording may be of.
     reel: Film,
-    /// The pictures of the recording that are looked at, turned back from each orientation.
-    pictures: Vec<Back>,
+    times_s: Vec<f64>,
     /// Where each is in the reel if nothing is late.
     places: Vec<f64>,
-    within_s: f64,
-    times_s: Vec<f64>,
     step_s: f64,
-    /// Most steps of a delay.
-    late_most: i32,
+    /// The pictures of the recording that are looked at, turned back from each orientation.
+    pictures: Vec<(Orientation, Vec<Image>)>,
+    pub(super) tried: Vec<Tried>,
 }
 
-struct Back {
-    from: Orientation,
-    pictures: Vec<Image>,
-    /// `W` of what they show beyond the room.
-    square: f64,
-}
-
-impl Search {
-    pub(super) fn new(
-        (scene, sensor): (&Scene, &str),
-        recording: &Recording,
-        film: Film,
-    ) -> Result<Self, SceneError> {
-        let steps: Vec<f64> = recording
-            .times_s
-            .windows(2)
-            .map(|pair| pair[1] - pair[0])
-            .collect();
+impl<'a> Search<'a> {
+    /// Tries all changes of all rows.
+    pub(super) fn new(compared: &'a Compared<'a>, film: Film) -> Result<Self, SceneError> {
+        let recording = compared.recording;
+        let pairs = recording.times_s.windows(2);
+        let steps: Vec<f64> = pairs.map(|pair| pair[1] - pair[0]).collect();
         let chosen = evenly(recording.pictures.len(), PICTURES_MOST);
         let times_s: Vec<f64> = chosen.iter().map(|at| recording.times_s[*at]).collect();
         let pictures: Vec<Image> = chosen.iter().map(|at| recording.pictures[*at]).collect();
         let first_s = times_s.first().copied().unwrap_or_default();
         let last_s = times_s.last().copied().unwrap_or_default();
-        let step_s = median(&steps).unwrap_or(0.1).max(0.05);
-        let (reel_s, places, late_most) = match film.has_movement() {
-            false => (times_s.clone(), (0..times_s.len()).map(count).collect(), 0),
+        let step_s = median(&steps).unwrap_or(0.1).clamp(0.1, 1.0);
+        let (reel_s, places) = match film.has_movement() {
+            false => (times_s.clone(), (0..times_s.len()).map(count).collect()),
             true => {
-                let most = whole(DELAY_MAX_S / step_s);
-                let from_s = first_s - f64::from(most) * step_s;
-                let number = whole(((last_s - first_s) / step_s).round()) + 2 * most + 1;
+                let from_s = first_s - DELAY_MAX_S;
+                let number = whole(((last_s - first_s + 2.0 * DELAY_MAX_S) / step_s).ceil());
                 let at = |place: i32| from_s + f64::from(place) * step_s;
                 let places = times_s.iter().map(|time_s| (time_s - from_s) / step_s);
-                ((0..number).map(at).collect(), places.collect(), most)
+                ((0..=number).map(at).collect(), places.collect())
             }
         };
-        let within_s = recording.within_s;
-        let reel = Film::after(film.into_rendered(), (scene, sensor), &reel_s, within_s)?;
+        let of = (compared.scene, compared.sensor);
+        let reel = Film::after(film.into_rendered(), of, &reel_s, recording.within_s)?;
         let mut search = Self {
+            compared,
+            own: Tried {
+                turned: Orientation::Upright,
+                change: Change::NONE,
+                left: 0.0,
+                level_c: 0.0,
+            },
             hiding: Hiding::new(&recording.unit),
             reel,
-            pictures: Vec::new(),
-            places,
-            within_s,
             times_s,
+            places,
             step_s,
-            late_most,
+            pictures: Orientation::ALL
+                .map(|from| (from, turned(&pictures, from.inverse())))
+                .into(),
+            tried: Vec::new(),
         };
-        let room = search.shown(0.0, [0.0; 2]).1;
-        let back = Orientation::ALL.map(|from| {
-            let pictures = turned(&pictures, from.inverse());
-            let square = search.square_over(&pictures, &room);
-            Back {
-                from,
-                pictures,
-                square,
-            }
-        });
-        search.pictures = Vec::from(back);
+        search.try_out(Change::NONE)?;
+        search.own = search.tried[0];
+        for row in ROWS.iter().filter(|row| !row.counts_people()) {
+            search.try_row(row)?;
+        }
+        search.count_people(compared)?;
         Ok(search)
     }
 
@@ -160,166 +120,185 @@ impl Search {
         self.reel.into_rendered()
     }
 
-    /// What the scene leaves unexplained beyond noise.
-    pub(super) fn left(&self, explained: f64) -> f64 {
-        let noise = count(self.times_s.len()) * count(PIXELS - 1);
-        (self.pictures[0].square - noise - explained).max(1.0)
+    /// Squared standard deviations of noise alone.
+    pub(super) fn noise(&self) -> f64 {
+        count(self.times_s.len()) * count(PIXELS - 1)
     }
 
-    pub(super) fn explained(&mut self, changed: Changed) -> f64 {
-        let (subject, room) = self.shown(changed.late_s / self.step_s, changed.moved_m);
-        let back = self
-            .pictures
-            .iter()
-            .find(|back| back.from == changed.turned);
-        back.map_or(0.0, |back| {
-            self.explained_of(&self.hiding.template(&subject), &room, back)
-        })
+    /// Puts people where the recording has them, within their laws: what these leave open is no mistake. Who is one more or one
+    /// fewer is asked about from there.
+    fn count_people(&mut self, compared: &Compared<'_>) -> Result<(), SceneError> {
+        let before = self.tried.len();
+        for person in 0..self.reel.people.len() {
+            let here = Change {
+                kind: Kind::Aside,
+                of: person,
+                by: [0.0; 2],
+            };
+            let own = self.best_of(vec![here], Orientation::Upright)?;
+            let best = self.nearer([WITHIN_STEP_M; 2], own)?;
+            let law = compared.laws.agents.get(person);
+            let most_m = FREE_SDS * law.map_or(0.0, |law| law.place_sd_m);
+            let by_m = best.map_or([0.0; 2], |best| best.change.by);
+            let within_m = by_m.map(|by_m| by_m.clamp(-most_m, most_m));
+            self.reel.moved(person, within_m);
+        }
+        self.tried.truncate(before);
+        let _ = self.best_of(vec![Change::NONE], Orientation::Upright)?;
+        let put = self.tried[before].left;
+        self.own.left = self.own.left.min(put);
+        for row in ROWS.iter().filter(|row| row.counts_people()) {
+            self.try_row(row)?;
+        }
+        // What a standing image in place of a step leaves is no change's.
+        let more = put - self.own.left;
+        self.tried[before..]
+            .iter_mut()
+            .for_each(|one| one.left -= more);
+        Ok(())
     }
 
-    /// The same as another of the scene's sensors sees it.
-    pub(super) fn explained_by(&self, scene: &Scene, sensor: &str) -> Result<f64, SceneError> {
-        let film = Film::new(scene, sensor, &self.times_s, self.within_s)?;
-        let template = self.hiding.template(&film.claimed());
-        let back = &self.pictures[0];
-        let other = self.square_over(&back.pictures, &film.room);
-        Ok(self.explained_of(&template, &film.room, back) + back.square - other)
+    fn try_row(&mut self, row: &Row) -> Result<(), SceneError> {
+        for of in 0..(row.number)(self.compared, &self.reel) {
+            let changes = row.changes(self.compared, of, self.step_s);
+            let best = self.best_of(changes, Orientation::Upright)?;
+            let _ = self.nearer(row.steps, best)?;
+        }
+        Ok(())
     }
 
-    /// The best change of each kind.
-    pub(super) fn singles(&mut self, tried: &[(f64, Changed)]) -> Vec<(f64, Changed)> {
-        let is_turned = |one: &Changed| one.turned != Orientation::Upright;
-        let is_late = |one: &Changed| one.late_s != 0.0;
-        let is_moved = |one: &Changed| one.moved_m != [0.0; 2];
-        let kinds: [&dyn Fn(&Changed) -> bool; 3] = [&is_turned, &is_late, &is_moved];
-        let best = kinds.into_iter().filter_map(|is_of_kind| {
-            let alone = tried
-                .iter()
-                .filter(|(_, one)| is_of_kind(one) && one.parts().count() == 1);
-            alone.max_by(|a, b| a.0.total_cmp(&b.0)).copied()
-        });
-        let best: Vec<(f64, Changed)> = best.collect();
-        let nearer = best.into_iter().map(|one| {
-            let one = self.nearer_in_time(one);
-            match is_moved(&one.1) {
-                true => self.nearer_in_place(one, NEAR_MAX_M, NEAR_STEP_M),
-                false => one,
-            }
-        });
-        nearer.collect()
+    /// Two changes nearer to the best of their kinds.
+    pub(super) fn halved(&mut self, two: Tried) -> Result<Tried, SceneError> {
+        let steps = Row::of(two.change.kind).map_or([0.0; 2], |row| row.steps);
+        Ok(self.nearer(steps, Some(two))?.unwrap_or(two))
     }
 
-    /// The best of two changes or three, each of which makes it explain `clearly` times as much; `None` if it is fewer.
-    pub(super) fn together(
+    /// Halves the steps of a row about the best of its changes.
+    pub(super) fn nearer(
         &mut self,
-        tried: &[(f64, Changed)],
-        clearly: f64,
-    ) -> Option<(f64, Changed)> {
-        let mut best = *tried.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-        for _ in 0..ROUNDS {
-            best = self.nearer_in_place(best, MOVE_MAX_M, MOVE_STEP_M);
-            best = self.nearer_in_place(best, NEAR_MAX_M, NEAR_STEP_M);
-            for late in -self.late_most..=self.late_most {
-                let late_s = f64::from(late) * self.step_s;
-                best = self.better(best, Changed { late_s, ..best.1 });
-            }
-        }
-        best = self.nearer_in_time(best);
-        for part in best.1.parts() {
-            let without = best.1.without(part);
-            let explained = self.explained(without);
-            if best.0 < clearly * explained {
-                best = (explained, without);
-            }
-        }
-        (best.1.parts().count() > 1).then_some(best)
-    }
-
-    /// Every delay, and every place, in every orientation.
-    pub(super) fn tried(&mut self) -> Vec<(f64, Changed)> {
-        let delays = -self.late_most..=self.late_most;
-        let delays = delays.map(|late| (f64::from(late) * self.step_s, [0.0; 2]));
-        let places = self.around([0.0; 2], MOVE_MAX_M, MOVE_STEP_M).into_iter();
-        let both: Vec<_> = delays.chain(places.map(|moved_m| (0.0, moved_m))).collect();
-        let mut all = Vec::new();
-        for (late_s, moved_m) in both {
-            let (subject, room) = self.shown(late_s / self.step_s, moved_m);
-            let template = self.hiding.template(&subject);
-            all.extend(self.pictures.iter().map(|back| {
-                let turned = back.from;
-                let changed = Changed {
-                    turned,
-                    late_s,
-                    moved_m,
+        steps: [f64; 2],
+        best: Option<Tried>,
+    ) -> Result<Option<Tried>, SceneError> {
+        let Some(mut best) = best else {
+            return Ok(None);
+        };
+        for round in 0..ROUNDS {
+            for axis in 0..2 {
+                let step = steps[axis] * (-f64::from(round)).exp2();
+                if step == 0.0 {
+                    continue;
+                }
+                let by = |sign: f64| best.change.further(axis, sign * step);
+                let sides = [self.at(by(-1.0), best)?, self.at(by(1.0), best)?];
+                let [before, after] = sides.map(|side| side.map_or(f64::MAX, |one| one.left));
+                let curve = before - 2.0 * best.left + after;
+                let vertex = match curve > 0.0 {
+                    true => (0.5 * (before - after) / curve).clamp(-2.0, 2.0),
+                    false => 2.0 * (before - after).signum(),
                 };
-                (self.explained_of(&template, &room, back), changed)
-            }));
+                let vertex = self.at(by(vertex), best)?;
+                let all = sides.into_iter().chain([vertex]).flatten();
+                best = all.fold(
+                    best,
+                    |best, one| if one.left < best.left { one } else { best },
+                );
+            }
         }
-        all
+        Ok(Some(best))
     }
 
-    fn better(&mut self, best: (f64, Changed), changed: Changed) -> (f64, Changed) {
-        let explained = self.explained(changed);
-        if explained > best.0 {
-            (explained, changed)
-        } else {
-            best
-        }
+    fn at(&mut self, change: Change, like: Tried) -> Result<Option<Tried>, SceneError> {
+        self.best_of(vec![change], like.turned)
     }
 
-    fn nearer_in_place(
+    fn best_of(
         &mut self,
-        best: (f64, Changed),
-        most_m: f64,
-        step_m: f64,
-    ) -> (f64, Changed) {
-        let middle_m = match most_m < MOVE_MAX_M {
-            true => best.1.moved_m,
-            false => [0.0; 2],
-        };
-        let around = self.around(middle_m, most_m, step_m).into_iter();
-        let start = best;
-        around.fold(best, |best, moved_m| {
-            self.better(best, Changed { moved_m, ..start.1 })
-        })
-    }
-
-    /// Between steps, by a parabola.
-    fn nearer_in_time(&mut self, (explained, changed): (f64, Changed)) -> (f64, Changed) {
-        let step_s = self.step_s;
-        if changed.late_s == 0.0 {
-            return (explained, changed);
+        changes: Vec<Change>,
+        turned: Orientation,
+    ) -> Result<Option<Tried>, SceneError> {
+        let before = self.tried.len();
+        for change in changes {
+            self.try_out(change)?;
         }
-        let [before, after] = [-step_s, step_s].map(|by_s| {
-            let late_s = changed.late_s + by_s;
-            self.explained(Changed { late_s, ..changed })
-        });
-        let curve = before - 2.0 * explained + after;
-        let aside = match curve < 0.0 {
-            true => (0.5 * (before - after) / curve).clamp(-0.5, 0.5),
-            false => 0.0,
-        };
-        let late_s = changed.late_s + aside * step_s;
-        (explained, Changed { late_s, ..changed })
+        let of = self.tried[before..]
+            .iter()
+            .filter(|one| one.turned == turned);
+        Ok(of.min_by(|a, b| a.left.total_cmp(&b.left)).copied())
     }
 
-    fn around(&self, middle_m: [f64; 2], most_m: f64, step_m: f64) -> Vec<[f64; 2]> {
-        if self.reel.people.is_empty() {
-            return Vec::new();
+    /// A change in all orientations.
+    fn try_out(&mut self, change: Change) -> Result<(), SceneError> {
+        let Some(shown) = self.shown(&change)? else {
+            return Ok(());
+        };
+        let sd = self.compared.laws.agents.first();
+        let sd = sd.map_or(OBJECTS_SD, |law| law.contrast_sd).max(0.05);
+        let [low, high] = [-FREE_SDS, FREE_SDS].map(|sds| (sds * sd).exp());
+        let (known, subject) = (1.0 / (sd * sd), self.hiding.template(&shown.subject));
+        let (scale, more_c) = change.unit();
+        for (turned, pictures) in &self.pictures {
+            let seen = pictures
+                .iter()
+                .zip(&shown.room)
+                .map(|(seen, room)| less(&seen.map(|value| scale * value + more_c), room));
+            let mut beyond: Vec<Image> = seen.collect();
+            let product = subject.product(&beyond);
+            let times = ((product + known) / (subject.square + known)).clamp(low, high);
+            let mut left = self.hiding.square(&beyond) + shown.cost + known * (times - 1.0).powi(2);
+            left -= times * (2.0 * product - times * subject.square);
+            for (beyond, subject) in beyond.iter_mut().zip(&shown.subject) {
+                add(beyond, subject, -single(times));
+            }
+            // Noise is of the same unit.
+            left /= f64::from(scale * scale);
+            let level_c = level_c(&beyond);
+            left += (LEVEL_SDS * level_c / self.compared.level_max_c).powi(2);
+            self.tried.push(Tried {
+                turned: *turned,
+                change,
+                left,
+                level_c,
+            });
         }
-        let steps = whole((most_m / step_m).round());
-        let at = |x: i32, y: i32| {
-            let by_m = [f64::from(x), f64::from(y)].map(|by| step_m * by);
-            [middle_m[0] + by_m[0], middle_m[1] + by_m[1]]
-        };
-        (-steps..=steps)
-            .flat_map(|x| (-steps..=steps).map(move |y| (x, y)))
-            .map(|(x, y)| at(x, y))
-            .collect()
+        Ok(())
     }
 
-    /// Subjects and room of each picture, so many steps late; a sensor that moves is the people moved the other way.
-    fn shown(&mut self, late: f64, moved_m: [f64; 2]) -> (Vec<Image>, Vec<Image>) {
+    /// `None` of what cannot be.
+    fn shown(&mut self, change: &Change) -> Result<Option<Shown>, SceneError> {
+        let late = if change.kind == Kind::Late {
+            change.by[0] / self.step_s
+        } else {
+            0.0
+        };
+        if change.is_of_people() {
+            let (room, subject) = self.reeled(late, change);
+            let mut shown = Shown {
+                room,
+                subject,
+                cost: 0.0,
+            };
+            if change.kind == Kind::More {
+                self.with_more(&mut shown);
+            }
+            return Ok(Some(shown));
+        }
+        let Some((scene, sensor)) = change.claimed(self.compared) else {
+            return Ok(None);
+        };
+        let first_s = self.times_s.first().copied().unwrap_or_default();
+        let times_s = self.times_s.iter();
+        let times_s = times_s.map(|time_s| first_s + change.rate() * (time_s - first_s));
+        let simulator = Simulator::new(&scene, &sensor)?;
+        let (room, subject) = rendered(&scene, &simulator, &times_s.collect::<Vec<f64>>());
+        Ok(Some(Shown {
+            room,
+            subject,
+            cost: 0.0,
+        }))
+    }
+
+    /// Room and subjects of each picture from the reel, so many steps late, with one person changed.
+    fn reeled(&mut self, late: f64, change: &Change) -> (Vec<Image>, Vec<Image>) {
         let Film {
             room,
             objects,
@@ -328,34 +307,138 @@ impl Search {
         } = &mut self.reel;
         let last = count(room.len().saturating_sub(1));
         let picture = |place: &f64| {
-            let source = index((place - late).round().clamp(0.0, last));
-            let mut subject = objects
-                .as_ref()
-                .map_or([0.0; PIXELS], |objects| objects[source]);
-            for walker in people.iter_mut() {
-                add(
-                    &mut subject,
-                    &walker.aside(source, moved_m.map(|by_m| -by_m)),
-                    1.0,
-                );
+            let place = (place - late).clamp(0.0, last);
+            let (mut empty, mut subject) = ([0.0; PIXELS], [0.0; PIXELS]);
+            let part = single(place.fract());
+            for (source, share) in [(place.floor(), 1.0 - part), (place.ceil(), part)] {
+                if share < 1e-3 {
+                    continue;
+                }
+                let source = index(source);
+                add(&mut empty, &room[source], share);
+                if let Some(objects) = objects {
+                    add(
+                        &mut subject,
+                        &objects[source],
+                        share * change.contrast_of(0),
+                    );
+                }
+                for (number, walker) in people.iter_mut().enumerate() {
+                    let adds = walker.aside(source, change.aside_of(number));
+                    add(&mut subject, &adds, share * change.contrast_of(number));
+                }
             }
-            (subject, room[source])
+            (empty, subject)
         };
         self.places.iter().map(picture).unzip()
     }
 
-    fn explained_of(&self, template: &Template, room: &[Image], back: &Back) -> f64 {
-        let product = template.product(&back.pictures) - template.product(room);
-        let explained = product.max(0.0).powi(2) / template.square.max(1.0);
-        // What is warm in the room lies otherwise too.
-        explained + self.pictures[0].square - back.square
+    /// Somebody like the first person, who goes where the rest of each picture is warm.
+    fn with_more(&mut self, shown: &mut Shown) {
+        let Some(walker) = self.reel.people.first_mut() else {
+            return;
+        };
+        let places = walker.places.iter();
+        let (x, y): (Vec<f64>, Vec<f64>) = places.map(|place| (place.0, place.1)).unzip();
+        let middle = [x, y].map(|all| median(&all).unwrap_or(0.0));
+        let steps = whole(MORE_MAX_M / MORE_STEP_M);
+        let mut looks = vec![[0.0; PIXELS]];
+        for step_x in -steps..=steps {
+            for step_y in -steps..=steps {
+                let by_m = [step_x, step_y].map(|step| MORE_STEP_M * f64::from(step));
+                looks.push(walker.standing([middle[0] + by_m[0], middle[1] + by_m[1]], 0));
+            }
+        }
+        let rest = self.pictures[0]
+            .1
+            .iter()
+            .zip(shown.room.iter().zip(&shown.subject));
+        let rest: Vec<Image> = rest
+            .map(|(seen, (room, subject))| less(&less(seen, room), subject))
+            .collect();
+        let path = path(&self.gains(&rest, &looks), MORE_COST);
+        let moves = path.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        shown.cost = MORE_COST * count(1 + moves);
+        let more: Vec<Image> = path.into_iter().map(|look| looks[look]).collect();
+        let template = self.hiding.template(&more);
+        let times = template.product(&rest) / template.square.max(1.0);
+        for (room, more) in shown.room.iter_mut().zip(&more) {
+            add(room, more, single(times.clamp(0.4, 2.5)));
+        }
     }
 
-    fn square_over(&self, pictures: &[Image], room: &[Image]) -> f64 {
-        let beyond = pictures
-            .iter()
-            .zip(room)
-            .map(|(seen, room)| less(seen, room));
-        self.hiding.square(&beyond.collect::<Vec<Image>>())
+    /// What each look explains of each picture, in squared standard deviations.
+    fn gains(&self, pictures: &[Image], looks: &[Image]) -> Vec<Vec<f64>> {
+        let unit = &self.compared.recording.unit;
+        let weights: Image = std::array::from_fn(|pixel| {
+            1.0 / (unit.noise_c[pixel].powi(2) + unit.pattern_c[pixel].powi(2))
+        });
+        let looks = centered(looks);
+        let gain = |(look, seen): (&Image, &Image)| {
+            let pixels = look.iter().zip(seen).zip(&weights);
+            let sum: f32 = pixels
+                .map(|((look, seen), weight)| weight * look * (2.0 * seen - look))
+                .sum();
+            f64::from(sum)
+        };
+        let of = |seen: &Image| looks.iter().map(|look| gain((look, seen))).collect();
+        centered(pictures).iter().map(of).collect()
     }
+}
+
+/// The place of each picture that gains most, if each move costs this much (Viterbi 1967).
+fn path(gains: &[Vec<f64>], move_cost: f64) -> Vec<usize> {
+    let best = |sums: &[f64]| {
+        (0..sums.len())
+            .max_by(|a, b| sums[*a].total_cmp(&sums[*b]))
+            .unwrap_or(0)
+    };
+    let mut sums = vec![0.0; gains.first().map_or(0, Vec::len)];
+    let mut from = Vec::with_capacity(gains.len());
+    for gains in gains {
+        let top = best(&sums);
+        let limit = sums.get(top).map_or(0.0, |top| top - move_cost);
+        let before: Vec<usize> = (0..sums.len())
+            .map(|place| if sums[place] < limit { top } else { place })
+            .collect();
+        sums = before
+            .iter()
+            .zip(gains)
+            .zip(0..)
+            .map(|((before, gain), place): ((&usize, &f64), usize)| {
+                sums[*before] - if *before == place { 0.0 } else { move_cost } + gain
+            })
+            .collect();
+        from.push(before);
+    }
+    let mut place = best(&sums);
+    let mut path = vec![place; gains.len()];
+    for (index, before) in from.iter().enumerate().rev() {
+        path[index] = place;
+        place = before[place];
+    }
+    path
+}
+
+/// Room and subjects of a scene at these times.
+fn rendered(scene: &Scene, simulator: &Simulator, times_s: &[f64]) -> (Vec<Image>, Vec<Image>) {
+    let empty = |time_s: f64| image(&simulator.without_agents(moment(time_s)).celsius);
+    let room: Vec<Image> = match scene.without_agents().is_static() {
+        true => vec![empty(0.0); times_s.len()],
+        false => times_s.iter().map(|time_s| empty(*time_s)).collect(),
+    };
+    if scene.agents().is_empty() {
+        return (vec![[0.0; PIXELS]; times_s.len()], room);
+    }
+    let all = times_s
+        .iter()
+        .map(|time_s| image(&simulator.image(moment(*time_s)).celsius));
+    let subject = all.zip(&room).map(|(all, room)| less(&all, room)).collect();
+    (room, subject)
+}
+
+/// The level of a film as most of its pixels say, °C.
+fn level_c(film: &[Image]) -> f64 {
+    let middle = |image: &Image| median(&image.map(f64::from)).unwrap_or(0.0);
+    median(&film.iter().map(middle).collect::<Vec<f64>>()).unwrap_or(0.0)
 }

@@ -9,7 +9,7 @@ use crate::align::{
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
 use crate::decision::{
-    Alternative, Compared, Decision, Film, How, Recording, Rendered, decide, remedy,
+    Alternative, Compared, Decision, Film, How, Recording, Remedy, Rendered, decide, remedy,
 };
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
@@ -131,7 +131,7 @@ fn decided(
     (scene, sensor): (&Scene, &str),
     ((unit, open), options): ((Option<KnownUnit>, [bool; PIXELS]), &Options),
     rendered: &mut Rendered,
-) -> Result<(Decision, Option<String>), ValidatorError> {
+) -> Result<(Decision, Option<Remedy>), ValidatorError> {
     let laws = scene.laws();
     let spread_c = laws
         .background_sd_c
@@ -168,7 +168,12 @@ fn decided(
         is_stopped: options.is_stopped,
     };
     let decision = decide(&mut film, &recording, &laws, how).ok_or(ValidatorError::Stopped)?;
-    let is_refused = decision.right <= right_min || decision.off_contrast().is_some();
+    let level_max_c = unit.map_or(options.thresholds.offset_max_c, |unit| {
+        unit.level_c(&options.thresholds)
+    });
+    let is_refused = decision.right <= right_min
+        || decision.off_contrast().is_some()
+        || film.level_c(&recording.pictures).abs() > level_max_c;
     if !(options.advises && is_refused) {
         *rendered = film.into_rendered();
         return Ok((decision, None));
@@ -183,8 +188,10 @@ fn decided(
             ..how
         },
         start_s: aligned.timeline.start_s(),
+        level_max_c,
+        contrasts: decision.contrasts.iter().map(|one| one.found).collect(),
     };
-    let remedy = remedy(&compared, film, rendered, &decision)?;
+    let remedy = remedy(&compared, film, rendered)?;
     Ok((decision, remedy))
 }
 

@@ -24,14 +24,26 @@ pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgmen
     } else {
         Verdict::Agrees
     };
-    let reasons = reasons(verdict, &weighed);
+    // What is wrong most comes before what shows it.
+    let remedy = evidence.prior.remedy.as_ref();
+    let remedy = remedy.filter(|_| verdict == Verdict::Disagrees);
+    let remedy = remedy.map(|remedy| (remedy.found.as_str(), remedy.step.as_str()));
+    let decisive = reasons(verdict, &weighed).into_iter().map(|one| {
+        let Criterion {
+            sentence,
+            next_step,
+            ..
+        } = &one.criterion;
+        (sentence.as_str(), next_step.as_str())
+    });
+    let reasons: Vec<(&str, &str)> = remedy.into_iter().chain(decisive).collect();
+    let (found, next_step) = reasons.first().copied().unwrap_or_default();
+    let in_words = |(found, step): &(&str, &str)| format!("{found} {step}").trim_end().to_owned();
     Judgment {
         verdict,
-        headline: headline(verdict, reasons.first().copied(), evidence),
-        next_step: reasons
-            .first()
-            .map_or_else(String::new, |first| first.criterion.next_step.clone()),
-        reasons: reasons.iter().map(|reason| reason.in_words()).collect(),
+        headline: headline(verdict, found, evidence),
+        next_step: next_step.to_owned(),
+        reasons: reasons.iter().map(in_words).collect(),
         would_change: would_change(verdict, &weighed),
         criteria: weighed
             .into_iter()
@@ -40,10 +52,11 @@ pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgmen
     }
 }
 
-fn headline(verdict: Verdict, first: Option<&Weighed>, evidence: &Evidence<'_>) -> String {
+fn headline(verdict: Verdict, found: &str, evidence: &Evidence<'_>) -> String {
     let mut letters = verdict.to_string();
     letters[..1].make_ascii_uppercase();
-    let found = first.map_or_else(String::new, |first| lower(&first.criterion.sentence) + " ");
+    let found = lower(found) + " ";
+    let found = found.trim_start();
     let decision = evidence.prior.decision.as_ref();
     let compared = decision.map_or(evidence.real_frames, |decision| decision.frames);
     let apart = evidence.prior.fitted.filter(|share| share.is_apart());
@@ -69,17 +82,6 @@ fn reasons(verdict: Verdict, weighed: &[Weighed]) -> Vec<&Weighed> {
         Verdict::CannotTell => of(State::Open).collect(),
         Verdict::Agrees => of(State::Met).collect(),
         Verdict::Disagrees => of(State::Failed).collect(),
-    }
-}
-
-impl Weighed {
-    fn in_words(&self) -> String {
-        let Criterion {
-            sentence,
-            next_step,
-            ..
-        } = &self.criterion;
-        format!("{sentence} {next_step}").trim_end().to_owned()
     }
 }
 

@@ -15,13 +15,13 @@ pub(crate) fn scene(
     thresholds: &Thresholds,
 ) -> [Weighed; 3] {
     [
-        right(decision, evidence, thresholds),
-        contrast(decision, evidence),
+        right(decision, thresholds),
+        contrast(decision),
         told_apart(decision, evidence),
     ]
 }
 
-fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
+fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
     let asked = Question {
         name: "right",
         title: "A right recording may look like this",
@@ -63,17 +63,8 @@ fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) 
     asked.weighed(
         State::Failed,
         sentence,
-        (helps(evidence, step), "a recording nearer to the scene"),
+        (step, "a recording nearer to the scene"),
     )
-}
-
-/// What would agree, if anything does.
-fn helps(evidence: &Evidence<'_>, step: &str) -> String {
-    evidence
-        .prior
-        .remedy
-        .clone()
-        .unwrap_or_else(|| step.to_owned())
 }
 
 const WARMTH: &str =
@@ -81,7 +72,7 @@ const WARMTH: &str =
 
 const ELSEWHERE: &str = "Check the second of the scene at which the recording starts (`--start`), the places of people and sensor, and how the image lies (`--align orientation`).";
 
-fn contrast(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
+fn contrast(decision: &Decision) -> Weighed {
     let asked = Question {
         name: "contrast",
         title: "As warm as in the scene",
@@ -103,7 +94,7 @@ fn contrast(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
             "{name} has {found} times the scene's contrast{why}; {low} to {high} is what the scene leaves open."
         );
         let turn = format!("{low} to {high} times the scene's contrast");
-        return asked.weighed(State::Failed, sentence, (helps(evidence, step), turn));
+        return asked.weighed(State::Failed, sentence, (step, turn));
     }
     let found = decision.contrasts.iter().map(|one| {
         let [low, high] = range(one);

@@ -1,6 +1,6 @@
 //! The verdict of hand-built decisions: which criterion fails or stays open, and that its sentence reads well.
 
-use crate::decision::{Alternative, Alternatively, Cause, Contrast, Decision};
+use crate::decision::{Alternative, Alternatively, Cause, Contrast, Decision, Remedy};
 use crate::thresholds::Thresholds;
 use crate::verdict::judgment::judge;
 use crate::verdict::sensor_criteria::Inspection;
@@ -131,7 +131,10 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
             "Take the left sensor.",
             |decision, _, prior| {
                 decision.right = 0.005;
-                prior.remedy = Some("Take the left sensor.".to_owned());
+                prior.remedy = Some(Remedy {
+                    found: "90 % of the difference would go with the left sensor.".to_owned(),
+                    step: "Take the left sensor.".to_owned(),
+                });
             },
         ),
         (

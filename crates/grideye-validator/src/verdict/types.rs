@@ -1,7 +1,7 @@
 //! The evidence that a verdict is judged on, and the verdict.
 
 use crate::align::Orientation;
-use crate::decision::Decision;
+use crate::decision::{Decision, Remedy};
 use crate::frames::RoomSource;
 use crate::frames::fitted::FittedShare;
 use crate::names::named;
@@ -70,8 +70,8 @@ pub(crate) struct Prior {
     pub(crate) fitted: Option<FittedShare>,
     /// Whether it is the scene; without one, frames alone decide nothing.
     pub(crate) decision: Option<Decision>,
-    /// What would make it agree, or bring it nearer.
-    pub(crate) remedy: Option<String>,
+    /// What would make it agree, or bring it nearest.
+    pub(crate) remedy: Option<Remedy>,
     /// Range of the slow drift against the scene, °C, and the largest that is no fault.
     pub(crate) drift_c: [f64; 2],
 }

@@ -120,7 +120,7 @@ fn nearest_fifth(way: Option<Way>, frames: u32) -> u32 {
         .unwrap_or(0)
 }
 
-fn parse((text, files): &(String, Vec<(String, String)>)) -> Scene {
+pub(crate) fn parse((text, files): &(String, Vec<(String, String)>)) -> Scene {
     let read = |name: &str| {
         let file = files.iter().find(|file| file.0 == name);
         file.map(|file| file.1.clone())
@@ -154,10 +154,10 @@ pub(crate) fn record(
         .collect()
 }
 
-struct Draws(ChaCha8Rng);
+pub(crate) struct Draws(pub(crate) ChaCha8Rng);
 
 impl Draws {
-    fn normal(&mut self, sd: f64) -> f64 {
+    pub(crate) fn normal(&mut self, sd: f64) -> f64 {
         let draw: f64 = StandardNormal.sample(&mut self.0);
         sd * draw
     }
@@ -300,7 +300,7 @@ impl Person {
 }
 
 /// What unit and room add, °C.
-fn errors(frames: u32, truth: Truth, unit: Unit, draws: &mut Draws) -> Vec<[f64; 64]> {
+pub(crate) fn errors(frames: u32, truth: Truth, unit: Unit, draws: &mut Draws) -> Vec<[f64; 64]> {
     let level_c = draws.normal(0.5);
     let pattern_c: [f64; 64] = std::array::from_fn(|_| level_c + draws.normal(unit.pattern_c));
     let is_correlated = truth == Truth::Correlated;
@@ -339,7 +339,7 @@ fn turned(truth: Truth, image: &[f64; 64]) -> [f64; 64] {
     })
 }
 
-fn row(index: u32, image: [f64; 64], errors: &[f64; 64]) -> Record {
+pub(crate) fn row(index: u32, image: [f64; 64], errors: &[f64; 64]) -> Record {
     let pixels = std::array::from_fn(|pixel| {
         let celsius = Celsius::new((image[pixel] + errors[pixel]) as f32);
         grideye_frame::word::pixel_word(celsius).unwrap()

@@ -1,0 +1,393 @@
+//! The single changes that people make of a scene or a recording: what each changes, and how it is said.
+
+use crate::align::Orientation;
+use crate::decision::film::Film;
+use crate::decision::recording::Recording;
+use crate::decision::remedy::Compared;
+use crate::decision::search::DELAY_MAX_S;
+use crate::decision::spread::ABSENT;
+use crate::numbers::{single, whole};
+use glam::DVec3;
+use grideye_draw::text::fixed;
+use grideye_frame::{COLUMNS, ROWS as PIXEL_ROWS};
+use grideye_scene::{Pose, Scene, SceneError, Sensor};
+
+/// What is changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    None,
+    /// The unit of the recording's values.
+    Unit,
+    /// The time between its frames.
+    Rate,
+    /// When it begins.
+    Late,
+    /// Which of the scene's sensors it is of.
+    Sensor,
+    /// The sensor's place, height and direction.
+    Place,
+    Height,
+    Azimuth,
+    Tilt,
+    /// The temperature of the room, and of one object.
+    Room,
+    Object,
+    /// One person's place and warmth, and whether they are there.
+    Aside,
+    Contrast,
+    Without,
+    More,
+}
+
+/// One change: which of its kind, and by how much.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Change {
+    pub(super) kind: Kind,
+    pub(super) of: usize,
+    pub(super) by: [f64; 2],
+}
+
+/// A row of the table of changes. Of two that explain as much the first is named first.
+pub(super) struct Row {
+    kind: Kind,
+    /// How many of what it changes there are.
+    pub(super) number: fn(&Compared<'_>, &Film) -> usize,
+    /// What is tried first, beside no change; then steps about the best, which are halved.
+    starts: fn(&Compared<'_>, usize, f64) -> Vec<[f64; 2]>,
+    pub(super) steps: [f64; 2],
+    /// Smaller ones are usual, and no mistake.
+    least: f64,
+    /// What it changes, as part of a sentence, and how a user does.
+    says: fn(&Compared<'_>, &Change) -> (String, String),
+}
+
+/// Units that values are mistaken in: a name, that of `--columns unit=`, and what makes them degrees Celsius.
+const UNITS: [(&str, &str, (f32, f32)); 5] = [
+    ("degrees Fahrenheit", "fahrenheit", (1.0 / 1.8, -32.0 / 1.8)),
+    ("the sensor's words", "words", (0.25, 0.0)),
+    ("tenths of a degree", "tenths", (0.1, 0.0)),
+    ("hundredths of a degree", "hundredths", (0.01, 0.0)),
+    ("kelvin", "kelvin", (1.0, -273.15)),
+];
+/// Objects whose temperature is asked about.
+const OBJECTS_MOST: usize = 6;
+/// Half a meter around, which is as far as half the way to the next person.
+const AROUND: [[f64; 2]; 9] = {
+    const FAR: f64 = 0.5;
+    const HALF: f64 = 0.35;
+    [
+        [0.0, 0.0],
+        [FAR, 0.0],
+        [-FAR, 0.0],
+        [0.0, FAR],
+        [0.0, -FAR],
+        [HALF, HALF],
+        [-HALF, HALF],
+        [HALF, -HALF],
+        [-HALF, -HALF],
+    ]
+};
+
+/// The table of changes.
+#[rustfmt::skip]
+pub(super) const ROWS: &[Row] = &[
+    Row { kind: Kind::Unit, number: |_, _| UNITS.len(), starts: alone, steps: [0.0; 2], least: 0.0, says: |_, change| {
+        let (name, key, _) = UNITS[change.of];
+        (format!("the values read as {name}"), format!("convert the original file again with --columns unit={key}"))
+    } },
+    Row { kind: Kind::Rate, number: of_walkers, starts: |_, _, _| [0.1, 0.5, 2.0, 10.0].map(|times| [times, 0.0]).into(), steps: [0.0; 2], least: 0.0, says: |compared, change| {
+        let (times, hz) = (fixed(change.by[0], 1), fixed(change.by[0] * compared.recording.hz(), 1));
+        (format!("frames {times} times as fast"), format!("convert the original file again with --rate {hz}"))
+    } },
+    Row { kind: Kind::Late, number: of_walkers, starts: delays, steps: [0.1, 0.0], least: 0.2, says: |compared, change| {
+        // To a hundredth, and no negative zero.
+        let start_s = (100.0 * (compared.start_s - change.by[0])).round() / 100.0 + 0.0;
+        let (by, word) = signed(change.by[0], 2, ["later", "earlier"]);
+        (format!("the scene {by} s {word}"), format!("--start {start_s:.2}"))
+    } },
+    Row { kind: Kind::Sensor, number: |compared, _| compared.others().count(), starts: alone, steps: [0.0; 2], least: 0.0, says: |compared, change| {
+        let name = compared.others().nth(change.of).map_or("", |sensor| &sensor.name);
+        (format!("sensor `{name}`"), format!("--sensor {name}"))
+    } },
+    Row { kind: Kind::Aside, number: |_, film| film.people.len(), starts: |_, _, _| AROUND.into(), steps: [0.25; 2], least: 0.2, says: |compared, change| {
+        let name = compared.person(change.of);
+        (format!("`{name}` {}", change.along()), format!("position_mm or trajectory of `{name}`"))
+    } },
+    Row { kind: Kind::Place, number: once, starts: |_, _, _| AROUND.into(), steps: [0.25; 2], least: 0.2, says: |compared, change| {
+        (format!("the sensor {}", change.along()), compared.pose_of(change))
+    } },
+    Row { kind: Kind::Height, number: once, starts: alone, steps: [0.3, 0.0], least: 0.1, says: |compared, change| {
+        let (by, word) = signed(change.by[0], 2, ["higher", "lower"]);
+        (format!("the sensor {by} m {word}"), compared.pose_of(change))
+    } },
+    Row { kind: Kind::Azimuth, number: once, starts: alone, steps: [12.0, 0.0], least: 4.0, says: |compared, change| {
+        (format!("the sensor turned by {}°", fixed(change.by[0], 0)), compared.pose_of(change))
+    } },
+    Row { kind: Kind::Tilt, number: once, starts: alone, steps: [6.0; 2], least: 3.0, says: |compared, change| {
+        (format!("the sensor tilted by {}°", fixed(change.by[0].hypot(change.by[1]), 1)), compared.pose_of(change))
+    } },
+    Row { kind: Kind::Room, number: once, starts: alone, steps: [3.0, 0.0], least: 1.0, says: |compared, change| {
+        let (by, word) = signed(change.by[0], 1, ["warmer", "colder"]);
+        let ambient_c = compared.scene.room().ambient_c + change.by[0];
+        (format!("the room {by} °C {word}"), format!("ambient_c = {ambient_c:.1}"))
+    } },
+    Row { kind: Kind::Object, number: |compared, _| compared.scene.objects().len().min(OBJECTS_MOST), starts: alone, steps: [4.0, 0.0], least: 1.5, says: |compared, change| {
+        let object = &compared.scene.objects()[change.of];
+        let (by, word) = signed(change.by[0], 1, ["warmer", "colder"]);
+        let celsius = object.surface.celsius + change.by[0];
+        (format!("`{}` {by} °C {word}", object.name), format!("temperature_c = {celsius:.1}"))
+    } },
+    Row { kind: Kind::Contrast, number: |compared, _| compared.contrasts.len(), starts: |compared, of, _| contrast(compared, of), steps: [0.0; 2], least: 0.0, says: |_, change| {
+        (format!("{} times the scene's contrast", fixed(change.by[0], 1)), "change temperature_c, or person.clothing".to_owned())
+    } },
+    Row { kind: Kind::Without, number: |_, film| film.people.len(), starts: alone, steps: [0.0; 2], least: 0.0, says: |compared, change| {
+        let name = compared.person(change.of);
+        (format!("the scene without `{name}`"), format!("remove `{name}`, or say when it is there"))
+    } },
+    Row { kind: Kind::More, number: |_, film| film.people.len().min(1), starts: alone, steps: [0.0; 2], least: 0.0, says: |_, _| {
+        ("one more person".to_owned(), "add an [[agent]]".to_owned())
+    } },
+];
+
+fn alone(_: &Compared<'_>, _: usize, _: f64) -> Vec<[f64; 2]> {
+    vec![[0.0; 2]]
+}
+
+fn once(_: &Compared<'_>, _: &Film) -> usize {
+    1
+}
+
+fn of_walkers(_: &Compared<'_>, film: &Film) -> usize {
+    usize::from(film.has_movement())
+}
+
+fn delays(_: &Compared<'_>, _: usize, step_s: f64) -> Vec<[f64; 2]> {
+    let most = whole(DELAY_MAX_S / step_s);
+    (-most..=most)
+        .map(|late| [f64::from(late) * step_s, 0.0])
+        .collect()
+}
+
+/// What is not there is not dressed otherwise.
+fn contrast(compared: &Compared<'_>, of: usize) -> Vec<[f64; 2]> {
+    let found = compared.contrasts.get(of).filter(|found| **found >= ABSENT);
+    found.map(|found| [*found, 0.0]).into_iter().collect()
+}
+
+/// A size, and the word for its sign.
+fn signed(by: f64, digits: usize, words: [&'static str; 2]) -> (String, &'static str) {
+    (fixed(by.abs(), digits), words[usize::from(by < 0.0)])
+}
+
+impl Row {
+    pub(super) fn of(kind: Kind) -> Option<&'static Self> {
+        ROWS.iter().find(|row| row.kind == kind)
+    }
+
+    /// Whether it asks who is there.
+    pub(super) fn counts_people(&self) -> bool {
+        matches!(self.kind, Kind::Without | Kind::More)
+    }
+
+    pub(super) fn changes(&self, compared: &Compared<'_>, of: usize, step_s: f64) -> Vec<Change> {
+        let starts = (self.starts)(compared, of, step_s).into_iter();
+        starts
+            .map(|by| Change {
+                kind: self.kind,
+                of,
+                by,
+            })
+            .collect()
+    }
+}
+
+impl Change {
+    pub(super) const NONE: Self = Self {
+        kind: Kind::None,
+        of: 0,
+        by: [0.0; 2],
+    };
+
+    pub(super) fn further(mut self, axis: usize, by: f64) -> Self {
+        self.by[axis] += by;
+        self
+    }
+
+    pub(super) fn is_usual(&self) -> bool {
+        let least = Row::of(self.kind).map_or(0.0, |row| row.least);
+        self.by[0].hypot(self.by[1]) < least
+    }
+
+    /// Its place in the table, no change last.
+    pub(super) fn order(&self) -> usize {
+        ROWS.iter()
+            .position(|row| row.kind == self.kind)
+            .unwrap_or(ROWS.len())
+    }
+
+    pub(super) fn says(&self, compared: &Compared<'_>) -> (String, String) {
+        Row::of(self.kind).map_or_else(Default::default, |row| (row.says)(compared, self))
+    }
+
+    fn is(&self, kind: Kind) -> Option<[f64; 2]> {
+        (self.kind == kind).then_some(self.by)
+    }
+
+    /// What makes values degrees Celsius: a factor, and what is added.
+    pub(super) fn unit(&self) -> (f32, f32) {
+        self.is(Kind::Unit).map_or((1.0, 0.0), |_| UNITS[self.of].2)
+    }
+
+    pub(super) fn rate(&self) -> f64 {
+        self.is(Kind::Rate).map_or(1.0, |by| by[0])
+    }
+
+    pub(super) fn late_s(&self) -> f64 {
+        self.is(Kind::Late).map_or(0.0, |by| by[0])
+    }
+
+    pub(super) fn aside_of(&self, person: usize) -> [f64; 2] {
+        self.is(Kind::Aside)
+            .filter(|_| self.of == person)
+            .unwrap_or_default()
+    }
+
+    /// How many times a person's contrast.
+    pub(super) fn contrast_of(&self, person: usize) -> f32 {
+        match self.kind {
+            Kind::Contrast if self.of == person => single(self.by[0]),
+            Kind::Without if self.of == person => 0.0,
+            _ => 1.0,
+        }
+    }
+
+    /// Whether the scene is rendered as it is: only people, time and values change.
+    pub(super) fn is_of_people(&self) -> bool {
+        matches!(
+            self.kind,
+            Kind::None
+                | Kind::Unit
+                | Kind::Late
+                | Kind::Aside
+                | Kind::Contrast
+                | Kind::Without
+                | Kind::More
+        )
+    }
+
+    fn along(&self) -> String {
+        let [x, y] = self.by.map(|by_m| fixed(by_m, 2));
+        format!("{x} m further in x and {y} m in y")
+    }
+
+    /// The sensor's pose.
+    fn pose(&self, mut pose: Pose) -> Pose {
+        let [x, y] = self.by;
+        match self.kind {
+            Kind::Place => pose.position_m += DVec3::new(x, y, 0.0),
+            Kind::Height => pose.position_m.z += x,
+            Kind::Azimuth => pose = pose.turned(x),
+            Kind::Tilt => pose = pose.tilted(x, y),
+            _ => {}
+        }
+        pose
+    }
+
+    /// The scene and the sensor that it makes; `None` if there is none such.
+    pub(super) fn claimed(&self, compared: &Compared<'_>) -> Option<(Scene, String)> {
+        let scene = compared.scene;
+        let changed = match self.kind {
+            Kind::Sensor => {
+                let name = compared.others().nth(self.of)?.name.clone();
+                return Some((scene.clone(), name));
+            }
+            Kind::Place | Kind::Height | Kind::Azimuth | Kind::Tilt => {
+                let mut sensors = scene.sensors().to_vec();
+                let sensor = sensors.iter_mut().find(|one| one.name == compared.sensor)?;
+                sensor.pose = self.pose(sensor.pose);
+                let room = scene.room();
+                if !(0.0..=room.size_m.z).contains(&sensor.pose.position_m.z) {
+                    return None;
+                }
+                scene.with_sensors(sensors)
+            }
+            Kind::Room => scene.in_warmer_room(self.by[0]),
+            Kind::Object => {
+                let mut objects = scene.objects().to_vec();
+                objects.get_mut(self.of)?.surface.celsius += self.by[0];
+                scene.with_bodies(objects, scene.agents().to_vec())
+            }
+            Kind::Without => {
+                let mut agents = scene.agents().to_vec();
+                let _ = agents.remove(self.of);
+                scene.with_bodies(scene.objects().to_vec(), agents)
+            }
+            _ => scene.clone(),
+        };
+        Some((changed, compared.sensor.to_owned()))
+    }
+
+    /// The recording and the scene's film that it makes, to be judged; `None` if there are none such.
+    pub(super) fn made(
+        &self,
+        compared: &Compared<'_>,
+        turned: Orientation,
+    ) -> Result<Option<(Recording, Film, Scene)>, SceneError> {
+        let Some((scene, sensor)) = self.claimed(compared).filter(|_| self.kind != Kind::More)
+        else {
+            return Ok(None);
+        };
+        let mut recording = compared
+            .recording
+            .turned(turned.inverse())
+            .converted(self.unit());
+        let first_s = recording.times_s.first().copied().unwrap_or_default();
+        for time_s in &mut recording.times_s {
+            *time_s = first_s + self.rate() * (*time_s - first_s) - self.late_s();
+        }
+        recording.within_s *= self.rate();
+        let mut film = Film::new(&scene, &sensor, &recording.times_s, recording.within_s)?;
+        if self.kind == Kind::Aside {
+            film.moved(self.of, self.by);
+        }
+        if self.kind == Kind::Contrast {
+            film = film.warmer(self.of, single(self.by[0]));
+        }
+        Ok(Some((recording, film, scene)))
+    }
+}
+
+impl Compared<'_> {
+    /// Other sensors of the scene that it could be of.
+    fn others(&self) -> impl Iterator<Item = &Sensor> {
+        let all = self.scene.sensors().iter();
+        all.filter(|one| {
+            one.name != self.sensor && (one.columns, one.rows) == (COLUMNS, PIXEL_ROWS)
+        })
+    }
+
+    fn person(&self, number: usize) -> &str {
+        self.scene
+            .agents()
+            .get(number)
+            .map_or("", |agent| &agent.name)
+    }
+
+    /// The changed keys of the sensor's pose.
+    fn pose_of(&self, change: &Change) -> String {
+        let Ok(sensor) = self.scene.sensor(self.sensor) else {
+            return String::new();
+        };
+        let pose = change.pose(sensor.pose);
+        let [x, y, z] = (1e3 * pose.position_m).to_array();
+        let degrees = [pose.elevation_rad, pose.azimuth_rad, pose.roll_rad].map(f64::to_degrees);
+        match change.kind {
+            Kind::Azimuth => format!("azimuth_deg = {:.0}", degrees[1]),
+            Kind::Tilt => {
+                let [elevation, azimuth, roll] = degrees.map(|angle| fixed(angle, 1));
+                format!("elevation_deg = {elevation}, azimuth_deg = {azimuth}, roll_deg = {roll}")
+            }
+            _ => format!("position_mm = [{x:.0}, {y:.0}, {z:.0}]"),
+        }
+    }
+}
