@@ -165,7 +165,9 @@ impl Row {
     #[must_use]
     pub const fn words(&self) -> &'static [&'static str] {
         match self.kind {
-            Kind::Word(words) | Kind::NumberOrWord(_, words) | Kind::OneOrEach(_, _, words) => words,
+            Kind::Word(words) | Kind::NumberOrWord(_, words) | Kind::OneOrEach(_, _, words) => {
+                words
+            }
             _ => &[],
         }
     }

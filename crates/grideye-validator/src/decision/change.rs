@@ -4,7 +4,7 @@ use crate::align::Orientation;
 use crate::decision::film::Film;
 use crate::decision::recording::Recording;
 use crate::decision::remedy::Compared;
-use crate::decision::search::DELAY_MAX_S;
+use crate::decision::search::{DELAY_MAX_S, WITHIN_M, WITHIN_PEOPLE};
 use crate::decision::spread::ABSENT;
 use crate::numbers::{single, whole};
 use glam::DVec3;
@@ -45,6 +45,8 @@ pub(super) struct Change {
     pub(super) kind: Kind,
     pub(super) of: usize,
     pub(super) by: [f64; 2],
+    /// How far aside the first people are within their laws, meters.
+    pub(super) within_m: [[f64; 2]; WITHIN_PEOPLE],
 }
 
 /// A row of the table of changes. Of two that explain as much the first is named first.
@@ -54,7 +56,7 @@ pub(super) struct Row {
     pub(super) number: fn(&Compared<'_>, &Film) -> usize,
     /// What is tried first, beside no change; then steps about the best, which are halved.
     starts: fn(&Compared<'_>, usize, f64) -> Vec<[f64; 2]>,
-    pub(super) steps: [f64; 2],
+    steps: [f64; 2],
     /// Smaller ones are usual, and no mistake.
     least: f64,
     /// What it changes, as part of a sentence, and how a user does.
@@ -184,6 +186,12 @@ impl Row {
         ROWS.iter().find(|row| row.kind == kind)
     }
 
+    /// What is searched of it, with steps.
+    pub(super) fn axes(&self) -> Vec<(usize, f64)> {
+        let all = self.steps.into_iter().enumerate();
+        all.filter(|(_, step)| *step > 0.0).collect()
+    }
+
     /// Whether it asks who is there.
     pub(super) fn counts_people(&self) -> bool {
         matches!(self.kind, Kind::Without | Kind::More)
@@ -196,6 +204,7 @@ impl Row {
                 kind: self.kind,
                 of,
                 by,
+                ..Change::NONE
             })
             .collect()
     }
@@ -206,10 +215,17 @@ impl Change {
         kind: Kind::None,
         of: 0,
         by: [0.0; 2],
+        within_m: [[0.0; 2]; WITHIN_PEOPLE],
     };
 
     pub(super) fn further(mut self, axis: usize, by: f64) -> Self {
-        self.by[axis] += by;
+        match axis {
+            0 | 1 => self.by[axis] += by,
+            more => {
+                let within_m = &mut self.within_m[more / 2 - 1][more % 2];
+                *within_m = (*within_m + by).clamp(-WITHIN_M, WITHIN_M);
+            }
+        }
         self
     }
 
@@ -247,9 +263,10 @@ impl Change {
     }
 
     pub(super) fn aside_of(&self, person: usize) -> [f64; 2] {
-        self.is(Kind::Aside)
-            .filter(|_| self.of == person)
-            .unwrap_or_default()
+        let aside_m = self.is(Kind::Aside).filter(|_| self.of == person);
+        let within_m = self.within_m.get(person).copied().unwrap_or_default();
+        let aside_m = aside_m.unwrap_or_default();
+        [aside_m[0] + within_m[0], aside_m[1] + within_m[1]]
     }
 
     /// How many times a person's contrast.

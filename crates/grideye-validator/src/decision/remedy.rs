@@ -37,6 +37,8 @@ const GAIN_MIN: f64 = 0.1;
 const AS_MUCH: f64 = 0.97;
 /// What two changes must take away beyond one, as a share of what is left.
 const MORE_GAIN: f64 = 0.15;
+/// Share of what one more person explains that counts: who may go anywhere explains part of nearly everything.
+const MORE_SHARE: f64 = 0.85;
 /// Changes that are named.
 const NAMED: usize = 3;
 
@@ -49,12 +51,18 @@ pub(crate) fn remedy(
     let mut search = Search::new(compared, film)?;
     let own = search.own;
     let most = (own.left - search.noise()).max(1.0);
-    let gain = |tried: &Tried| ((own.left - tried.left) / most).clamp(0.0, 1.0);
+    let gain = |tried: &Tried| {
+        let share = ((own.left - tried.left) / most).clamp(0.0, 1.0);
+        match tried.change.kind {
+            Kind::More => MORE_SHARE * share,
+            _ => share,
+        }
+    };
     let is_of_two =
         |one: &Tried| one.turned != Orientation::Upright && one.change.kind != Kind::None;
     let mut singles = compared.possible(&own, &search.tried);
     singles.retain(|one| !is_of_two(one) && !one.change.is_usual() && gain(one) >= GAIN_MIN);
-    singles.sort_by(|a, b| a.left.total_cmp(&b.left));
+    singles.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
     let mut kinds = Vec::new();
     singles.retain(|one| {
         let kind = (

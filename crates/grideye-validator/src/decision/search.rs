@@ -21,6 +21,9 @@ const FREE_SDS: f64 = 2.6;
 const OBJECTS_SD: f64 = 0.2;
 /// Steps by which people's places are sought within their laws, meters.
 const WITHIN_STEP_M: f64 = 0.1;
+/// Farthest within them, and people whose places are sought.
+pub(super) const WITHIN_M: f64 = 0.18;
+pub(super) const WITHIN_PEOPLE: usize = 2;
 /// Standard deviations of the level that its limit is.
 const LEVEL_SDS: f64 = 2.576;
 /// Somebody more is sought at places this far apart, and this far from the middle of the people, meters.
@@ -42,6 +45,7 @@ pub(super) struct Tried {
 }
 
 /// What a changed scene shows at the pictures that are looked at.
+#[derive(Clone)]
 struct Shown {
     room: Vec<Image>,
     subject: Vec<Image>,
@@ -54,6 +58,8 @@ pub(super) struct Search<'a> {
     hiding: Hiding,
     /// The scene as it is, with people within their laws.
     pub(super) own: Tried,
+    /// What was rendered last.
+    last: Option<(Change, Shown)>,
     /// The scene at all times that the recording may be of.
     reel: Film,
     times_s: Vec<f64>,
@@ -97,6 +103,7 @@ impl<'a> Search<'a> {
                 left: 0.0,
                 level_c: 0.0,
             },
+            last: None,
             hiding: Hiding::new(&recording.unit),
             reel,
             times_s,
@@ -107,12 +114,20 @@ impl<'a> Search<'a> {
                 .into(),
             tried: Vec::new(),
         };
-        search.try_out(Change::NONE)?;
-        search.own = search.tried[0];
-        for row in ROWS.iter().filter(|row| !row.counts_people()) {
-            search.try_row(row)?;
+        let none = search.best_of(vec![Change::NONE], Orientation::Upright)?;
+        search.own = search.within_laws(none)?.unwrap_or(search.own);
+        for row in ROWS {
+            for of in 0..(row.number)(compared, &search.reel) {
+                let mut changes = row.changes(compared, of, search.step_s);
+                if row.counts_people() {
+                    let within_m = search.own.change.within_m;
+                    changes.iter_mut().for_each(|one| one.within_m = within_m);
+                }
+                let best = search.best_of(changes, Orientation::Upright)?;
+                let best = search.nearer(&row.axes(), best)?;
+                let _ = search.within_laws(best)?;
+            }
         }
-        search.count_people(compared)?;
         Ok(search)
     }
 
@@ -125,69 +140,34 @@ impl<'a> Search<'a> {
         count(self.times_s.len()) * count(PIXELS - 1)
     }
 
-    /// Puts people where the recording has them, within their laws: what these leave open is no mistake. Who is one more or one
-    /// fewer is asked about from there.
-    fn count_people(&mut self, compared: &Compared<'_>) -> Result<(), SceneError> {
-        let before = self.tried.len();
-        for person in 0..self.reel.people.len() {
-            let here = Change {
-                kind: Kind::Aside,
-                of: person,
-                by: [0.0; 2],
-            };
-            let own = self.best_of(vec![here], Orientation::Upright)?;
-            let best = self.nearer([WITHIN_STEP_M; 2], own)?;
-            let law = compared.laws.agents.get(person);
-            let most_m = FREE_SDS * law.map_or(0.0, |law| law.place_sd_m);
-            let by_m = best.map_or([0.0; 2], |best| best.change.by);
-            let within_m = by_m.map(|by_m| by_m.clamp(-most_m, most_m));
-            self.reel.moved(person, within_m);
-        }
-        self.tried.truncate(before);
-        let _ = self.best_of(vec![Change::NONE], Orientation::Upright)?;
-        let put = self.tried[before].left;
-        self.own.left = self.own.left.min(put);
-        for row in ROWS.iter().filter(|row| row.counts_people()) {
-            self.try_row(row)?;
-        }
-        // What a standing image in place of a step leaves is no change's.
-        let more = put - self.own.left;
-        self.tried[before..]
-            .iter_mut()
-            .for_each(|one| one.left -= more);
-        Ok(())
-    }
-
-    fn try_row(&mut self, row: &Row) -> Result<(), SceneError> {
-        for of in 0..(row.number)(self.compared, &self.reel) {
-            let changes = row.changes(self.compared, of, self.step_s);
-            let best = self.best_of(changes, Orientation::Upright)?;
-            let _ = self.nearer(row.steps, best)?;
-        }
-        Ok(())
-    }
-
     /// Two changes nearer to the best of their kinds.
     pub(super) fn halved(&mut self, two: Tried) -> Result<Tried, SceneError> {
-        let steps = Row::of(two.change.kind).map_or([0.0; 2], |row| row.steps);
-        Ok(self.nearer(steps, Some(two))?.unwrap_or(two))
+        let axes = Row::of(two.change.kind).map(Row::axes).unwrap_or_default();
+        let best = self.nearer(&axes, Some(two))?;
+        Ok(self.within_laws(best)?.unwrap_or(two))
     }
 
-    /// Halves the steps of a row about the best of its changes.
-    pub(super) fn nearer(
+    /// With people where the recording has them, within their laws: what these leave open is no mistake.
+    fn within_laws(&mut self, best: Option<Tried>) -> Result<Option<Tried>, SceneError> {
+        let people = self.reel.people.len().min(WITHIN_PEOPLE);
+        let axes: Vec<_> = (2..2 + 2 * people)
+            .map(|axis| (axis, WITHIN_STEP_M))
+            .collect();
+        self.nearer(&axes, best)
+    }
+
+    /// Halves the steps along these axes of a change about the best.
+    fn nearer(
         &mut self,
-        steps: [f64; 2],
+        axes: &[(usize, f64)],
         best: Option<Tried>,
     ) -> Result<Option<Tried>, SceneError> {
         let Some(mut best) = best else {
             return Ok(None);
         };
         for round in 0..ROUNDS {
-            for axis in 0..2 {
-                let step = steps[axis] * (-f64::from(round)).exp2();
-                if step == 0.0 {
-                    continue;
-                }
+            for &(axis, step) in axes {
+                let step = step * (-f64::from(round)).exp2();
                 let by = |sign: f64| best.change.further(axis, sign * step);
                 let sides = [self.at(by(-1.0), best)?, self.at(by(1.0), best)?];
                 let [before, after] = sides.map(|side| side.map_or(f64::MAX, |one| one.left));
@@ -282,19 +262,42 @@ impl<'a> Search<'a> {
             }
             return Ok(Some(shown));
         }
-        let Some((scene, sensor)) = change.claimed(self.compared) else {
-            return Ok(None);
+        let bare = Change {
+            within_m: Change::NONE.within_m,
+            ..*change
         };
-        let first_s = self.times_s.first().copied().unwrap_or_default();
-        let times_s = self.times_s.iter();
-        let times_s = times_s.map(|time_s| first_s + change.rate() * (time_s - first_s));
-        let simulator = Simulator::new(&scene, &sensor)?;
-        let (room, subject) = rendered(&scene, &simulator, &times_s.collect::<Vec<f64>>());
-        Ok(Some(Shown {
-            room,
-            subject,
-            cost: 0.0,
-        }))
+        if self.last.as_ref().is_none_or(|(last, _)| *last != bare) {
+            let Some((scene, sensor)) = change.claimed(self.compared) else {
+                return Ok(None);
+            };
+            let first_s = self.times_s.first().copied().unwrap_or_default();
+            let times_s = self.times_s.iter();
+            let times_s = times_s.map(|time_s| first_s + change.rate() * (time_s - first_s));
+            let simulator = Simulator::new(&scene, &sensor)?;
+            let (room, subject) = rendered(&scene, &simulator, &times_s.collect::<Vec<f64>>());
+            self.last = Some((
+                bare,
+                Shown {
+                    room,
+                    subject,
+                    cost: 0.0,
+                },
+            ));
+        }
+        let mut shown = self.last.as_ref().map(|(_, shown)| shown.clone());
+        if *change != bare {
+            // As much as in the scene as it is.
+            let of = |within_m| Change {
+                within_m,
+                ..Change::NONE
+            };
+            let [with, without] = [change, &bare].map(|one| self.reeled(0.0, &of(one.within_m)).1);
+            let subjects = shown.iter_mut().flat_map(|shown| &mut shown.subject);
+            for (subject, (with, without)) in subjects.zip(with.iter().zip(&without)) {
+                add(subject, &less(with, without), 1.0);
+            }
+        }
+        Ok(shown)
     }
 
     /// Room and subjects of each picture from the reel, so many steps late, with one person changed.

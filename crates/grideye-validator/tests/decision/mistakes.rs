@@ -62,7 +62,7 @@ struct Kind(&'static str, &'static str, [Wrong; 2]);
 const KINDS: [Kind; 15] = [
     Kind(
         "height",
-        "position_mm.z",
+        " m lower| m higher",
         [
             Wrong::Scene(|room| room.sensor_z_mm += 300.0),
             Wrong::Scene(|room| room.sensor_z_mm -= 300.0),
@@ -306,7 +306,10 @@ fn tried(furnished: bool, kind: &Kind, seed: u64) -> (bool, bool, String) {
         .unwrap()
         .judgment;
     let said = format!("{} | {}", judgment.headline, judgment.next_step);
-    let place = |cause: &str| said.find(cause).unwrap_or(usize::MAX);
+    let place = |causes: &str| {
+        let places = causes.split('|').filter_map(|cause| said.find(cause));
+        places.min().unwrap_or(usize::MAX)
+    };
     let others = KINDS
         .iter()
         .filter(|other| other.1 != kind.1 && !kind.1.is_empty());
