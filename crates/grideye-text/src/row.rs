@@ -99,19 +99,6 @@ impl Number {
     /// Any finite number.
     pub const FINITE: Self = Self::Within(f64::MIN, f64::MAX);
 
-    /// The lowest and the highest, where there are any.
-    #[must_use]
-    pub const fn ends(self) -> Option<[f64; 2]> {
-        match self {
-            Self::Within(low, high)
-            | Self::Above(low, high)
-            | Self::Between(low, high)
-            | Self::Whole(low, high)
-            | Self::Integer(low, high) => Some([low, high]),
-            Self::Any => None,
-        }
-    }
-
     /// Whether the number is allowed.
     #[must_use]
     #[inline]
@@ -169,6 +156,20 @@ impl Row {
                 words
             }
             _ => &[],
+        }
+    }
+
+    /// The lowest and the highest number that the key allows, if it has any.
+    #[must_use]
+    pub fn ends(&self) -> Option<[f64; 2]> {
+        use Number::{Above, Any, Between, Integer, Whole, Within};
+        match self.numbers()? {
+            Within(low, high)
+            | Above(low, high)
+            | Between(low, high)
+            | Whole(low, high)
+            | Integer(low, high) => Some([low, high]),
+            Any => None,
         }
     }
 

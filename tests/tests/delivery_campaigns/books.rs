@@ -240,7 +240,7 @@ impl Kept {
     }
 }
 
-const CHUNKS: &str = "SELECT boot, first_seq, last_seq, is_sealed, rows FROM chunks \
+const CHUNKS: &str = "SELECT boot, first_seq, chunks.last_seq, is_sealed, rows FROM chunks \
      JOIN streams ON streams.id = chunks.stream_id ORDER BY device, sensor, boot, first_seq";
 const OVERLAPS: &str = "SELECT count(*) FROM chunks AS one JOIN chunks AS other ON one.stream_id = other.stream_id \
      AND one.first_seq < other.first_seq AND other.first_seq <= one.last_seq";

@@ -253,7 +253,7 @@ impl Ring {
     }
 
     /// Hands the oldest records that are not on the disk to the disk; none while all are younger than `older_than`.
-    /// [`Ring::written`] tells the outcome.
+    /// `written` tells the outcome.
     #[must_use]
     pub fn claim(&mut self, now: Duration, older_than: Duration, records_max: usize) -> Vec<Item> {
         let from = self

@@ -98,8 +98,7 @@ fn keys() -> Value {
     ];
     let tables = tables.into_iter().map(|(table, rows)| {
         let of = rows.all().map(|row| {
-            let numbers = row.numbers().and_then(|numbers| numbers.ends());
-            let says = json!({ "unit": row.unit, "words": row.words(), "numbers": numbers, "doc": row.doc });
+            let says = json!({ "unit": row.unit, "words": row.words(), "numbers": row.ends(), "doc": row.doc });
             (row.name().to_owned(), says)
         });
         (table.to_owned(), of.collect::<Value>())

@@ -1,16 +1,30 @@
 //! The single changes that people make of a scene or a recording: what each changes, and how it is said.
 
 use crate::align::Orientation;
+use crate::decision::decide::How;
 use crate::decision::film::Film;
 use crate::decision::recording::Recording;
-use crate::decision::remedy::Compared;
-use crate::decision::search::{DELAY_MAX_S, WITHIN_M, WITHIN_PEOPLE};
 use crate::decision::spread::ABSENT;
 use crate::numbers::{single, whole};
 use glam::DVec3;
 use grideye_draw::text::fixed;
 use grideye_frame::{COLUMNS, ROWS as PIXEL_ROWS};
-use grideye_scene::{Pose, Scene, SceneError, Sensor};
+use grideye_scene::{Laws, Pose, Scene, SceneError, Sensor};
+
+/// What was compared.
+pub(crate) struct Compared<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) sensor: &'a str,
+    pub(crate) recording: &'a Recording,
+    pub(crate) laws: &'a Laws,
+    pub(crate) how: How,
+    /// The scene's time at the recording's first frame, seconds.
+    pub(crate) start_s: f64,
+    /// How much warmer than the scene a right recording may be, °C.
+    pub(crate) level_max_c: f64,
+    /// How many times the scene's contrast each subject has.
+    pub(crate) contrasts: Vec<f64>,
+}
 
 /// What is changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,6 +77,11 @@ pub(super) struct Row {
     says: fn(&Compared<'_>, &Change) -> (String, String),
 }
 
+/// Longest delay that is tried, seconds.
+pub(super) const DELAY_MAX_S: f64 = 10.0;
+/// How far aside people's laws let them be, meters, and people whose places are sought within these.
+const WITHIN_M: f64 = 0.18;
+pub(super) const WITHIN_PEOPLE: usize = 2;
 /// Units that values are mistaken in: a name, that of `--columns unit=`, and what makes them degrees Celsius.
 const UNITS: [(&str, &str, (f32, f32)); 5] = [
     ("degrees Fahrenheit", "fahrenheit", (1.0 / 1.8, -32.0 / 1.8)),

@@ -28,10 +28,11 @@ mod unit;
 mod world;
 
 pub(crate) use alternative::Alternative;
+pub(crate) use change::Compared;
 pub use decide::{Alternatively, Contrast, Decision, OFFSETS_M};
 pub(crate) use decide::{How, decide};
 pub(crate) use film::{Film, Rendered};
 pub(crate) use recording::Recording;
-pub(crate) use remedy::{Compared, Remedy, remedy};
+pub(crate) use remedy::{Remedy, remedy};
 pub(crate) use spread::Cause;
 pub(crate) use world::Law;

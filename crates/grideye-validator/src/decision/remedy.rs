@@ -1,28 +1,12 @@
 //! What would make a refused scene agree, and else what would bring it nearest.
 
 use crate::align::Orientation;
-use crate::decision::change::Kind;
-use crate::decision::decide::{How, decide};
+use crate::decision::change::{Compared, Kind};
+use crate::decision::decide::decide;
 use crate::decision::film::{Film, Rendered};
-use crate::decision::recording::Recording;
 use crate::decision::search::{Search, Tried};
 use grideye_draw::text::fixed;
-use grideye_scene::{Laws, Scene, SceneError};
-
-/// What was compared.
-pub(crate) struct Compared<'a> {
-    pub(crate) scene: &'a Scene,
-    pub(crate) sensor: &'a str,
-    pub(crate) recording: &'a Recording,
-    pub(crate) laws: &'a Laws,
-    pub(crate) how: How,
-    /// The scene's time at the recording's first frame, seconds.
-    pub(crate) start_s: f64,
-    /// How much warmer than the scene a right recording may be, °C.
-    pub(crate) level_max_c: f64,
-    /// How many times the scene's contrast each subject has.
-    pub(crate) contrasts: Vec<f64>,
-}
+use grideye_scene::SceneError;
 
 /// What is wrong most, and what to do about it.
 #[derive(Debug, Clone)]

@@ -1,16 +1,13 @@
 //! Tries every single change of scene or recording, and in every orientation, for what explains a recording best.
 
 use crate::align::Orientation;
-use crate::decision::change::{Change, Kind, ROWS, Row};
+use crate::decision::change::{Change, Compared, DELAY_MAX_S, Kind, ROWS, Row, WITHIN_PEOPLE};
 use crate::decision::film::{Film, Image, Rendered, add, image, less, moment, turned};
-use crate::decision::remedy::Compared;
 use crate::decision::template::{Hiding, centered};
 use crate::numbers::{count, evenly, index, median, single, whole};
 use grideye_frame::PIXELS;
 use grideye_scene::{Scene, SceneError, Simulator};
 
-/// Longest delay that is tried, seconds.
-pub(super) const DELAY_MAX_S: f64 = 10.0;
 /// Pictures that are looked at.
 const PICTURES_MOST: usize = 40;
 /// How often steps are halved about the best.
@@ -21,9 +18,6 @@ const FREE_SDS: f64 = 2.6;
 const OBJECTS_SD: f64 = 0.2;
 /// Steps by which people's places are sought within their laws, meters.
 const WITHIN_STEP_M: f64 = 0.1;
-/// Farthest within them, and people whose places are sought.
-pub(super) const WITHIN_M: f64 = 0.18;
-pub(super) const WITHIN_PEOPLE: usize = 2;
 /// Standard deviations of the level that its limit is.
 const LEVEL_SDS: f64 = 2.576;
 /// Somebody more is sought at places this far apart, and this far from the middle of the people, meters.
