@@ -2,7 +2,7 @@
 
 use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add};
-use crate::decision::judge::{Judge, Statistics};
+use crate::decision::model::{Model, Statistics};
 use crate::decision::recording::{Recording, fill};
 use crate::decision::spread::{ABSENT, Cause, Spread, is_outside, one_in_a_hundred};
 use crate::decision::template::mean;
@@ -185,7 +185,7 @@ pub(crate) fn decide(
     let held = held.iter();
     let mut held: Vec<f64> = held.map(|one| spread.farthest(one).1).collect();
     held.sort_by(f64::total_cmp);
-    let found = worlds.judge.of(&recording.pictures);
+    let found = worlds.model.of(&recording.pictures);
     let (place, off) = spread.farthest(&found);
     let farther = held.iter().filter(|other| **other >= off).count();
     let rank = (count(farther) + 1.0) / (count(held.len()) + 1.0);
@@ -196,8 +196,8 @@ pub(crate) fn decide(
     let is_refused =
         |one: &Statistics| spread.farthest(one).1 > held[refused] || spread.has_off_contrast(one);
     worlds.draw_others();
-    let alternatives: Vec<Alternatively> = (0..worlds.judge.rivals.len())
-        .map(|rival| worlds.alternatively(rival, &found, &right, &is_refused))
+    let alternatives: Vec<Alternatively> = (0..worlds.model.hypotheses.len())
+        .map(|hypothesis| worlds.alternatively(hypothesis, &found, &right, &is_refused))
         .collect::<Option<_>>()?;
     let is_agreed = |one: &Statistics| {
         let mut all = alternatives.iter().zip(&one.likeness);
@@ -210,8 +210,8 @@ pub(crate) fn decide(
         true => None,
         false => worlds.too_wide(&alternatives, &is_refused),
     };
-    let (judge, film) = (&worlds.judge, &worlds.film);
-    let (cause, worst) = spread.worst(place, &found, judge, film);
+    let (model, film) = (&worlds.model, &worlds.film);
+    let (cause, worst) = spread.worst(place, &found, model, film);
     // Warmth that the scene lacks is more than nothing, however little it is.
     let has_more = spread.extra(&found) > held[refused];
     let contrasts = found.contrasts.iter().zip(spread.contrasts(&found));
@@ -233,7 +233,7 @@ pub(crate) fn decide(
         refused_aside_m,
         alternatives,
         too_wide,
-        is_empty: !has_more && judge.is_empty(&recording.pictures, &film.room),
+        is_empty: !has_more && model.is_empty(&recording.pictures, &film.room),
         drift_c: film.drift_c(&recording.pictures),
         frames: recording.frames - recording.strays,
         pictures: recording.pictures.len() - recording.missing.len(),
@@ -246,7 +246,7 @@ struct Worlds<'a> {
     film: &'a mut Film,
     laws: &'a Laws,
     recording: &'a Recording,
-    judge: Judge,
+    model: Model,
     random: ChaCha8Rng,
     /// What units added to the first right worlds, for others to use again.
     errors: Vec<Vec<Image>>,
@@ -265,7 +265,7 @@ impl<'a> Worlds<'a> {
         // Any seed will do, but the same recording always gets the same verdict.
         let mut random = ChaCha8Rng::seed_from_u64(0x0064_6563_6964_6500);
         Self {
-            judge: Judge::new(film, laws, &recording.unit, &mut random),
+            model: Model::new(film, laws, &recording.unit, &mut random),
             film,
             laws,
             recording,
@@ -290,7 +290,7 @@ impl<'a> Worlds<'a> {
             let shown = drawn.claimed(self.film);
             let unit = &self.recording.unit;
             let error = unit.errors(self.film.len(), &mut self.random);
-            let statistics = self.judge.of(&self.recorded(shown, &error));
+            let statistics = self.model.of(&self.recorded(shown, &error));
             if self.errors.len() < OF_ALTERNATIVE {
                 self.errors.push(error);
             }
@@ -309,13 +309,13 @@ impl<'a> Worlds<'a> {
         if (self.is_stopped)() {
             return None;
         }
-        let of = self.judge.rivals[number].what.clone();
+        let of = self.model.hypotheses[number].what.clone();
         let right = right.iter().map(|right| right.likeness[number]);
         let right = sorted(right.collect());
         let above = |limit| right.len() - right.partition_point(|likeness| *likeness <= limit);
         let first = (0..OF_ALTERNATIVE).map(|index| {
             let world = self.world_of(&of, index);
-            self.judge.likeness(number, &world)
+            self.model.likeness(number, &world)
         });
         let first: Vec<f64> = first.collect();
         let mut limit = one_in_a_hundred(&sorted(first.clone()), f64::NEG_INFINITY, OF_ALTERNATIVE);
@@ -326,7 +326,7 @@ impl<'a> Worlds<'a> {
                     continue;
                 }
                 let world = self.world_of(&of, index);
-                let likeness = self.judge.likeness(number, &world);
+                let likeness = self.model.likeness(number, &world);
                 if likeness > right[0] {
                     near.push((likeness, world));
                 }
@@ -337,7 +337,7 @@ impl<'a> Worlds<'a> {
             nearest(&mut near);
             // Below the last that is looked at nothing is known.
             let lowest = near.get(LOOKED_AT - 1).map_or(right[0], |last| last.0);
-            near.retain(|(_, world)| !is_refused(&self.judge.of(world)));
+            near.retain(|(_, world)| !is_refused(&self.model.of(world)));
             let agreed = near.iter().map(|near| near.0).collect();
             limit = one_in_a_hundred(&sorted(agreed), lowest, OF_NEAR);
         }
@@ -347,7 +347,7 @@ impl<'a> Worlds<'a> {
             likeness: found.likeness[number],
             limit,
             power,
-            is_alike: self.judge.rivals[number].is_alike
+            is_alike: self.model.hypotheses[number].is_alike
                 && !(of.keeps_people() && power > CLEAR_POWER),
             of,
         })
@@ -399,11 +399,11 @@ impl<'a> Worlds<'a> {
                 if law == Some(Law::Background) {
                     without_mean(&mut error);
                 }
-                let of = untold.iter().map(|(rival, one)| {
+                let of = untold.iter().map(|(hypothesis, one)| {
                     let shown = one.of.shown(worlds.film, &world);
                     let recorded = worlds.recorded(shown, &error);
-                    let beyond = worlds.judge.likeness(*rival, &recorded) - one.likeness;
-                    match beyond > 0.0 && !is_refused(&worlds.judge.of(&recorded)) {
+                    let beyond = worlds.model.likeness(*hypothesis, &recorded) - one.likeness;
+                    match beyond > 0.0 && !is_refused(&worlds.model.of(&recorded)) {
                         true => beyond,
                         false => 0.0,
                     }
@@ -428,10 +428,10 @@ impl<'a> Worlds<'a> {
     fn open_laws(&self) -> Vec<(Law, String)> {
         let told = |key: &str, sd: f64| format!("`{key}` (sd {sd})");
         let mut all = Vec::new();
-        for (number, leaning) in self.film.leanings.iter().enumerate() {
-            let known = self.laws.numbers.iter().find(|one| one.key == leaning.key);
+        for (number, response) in self.film.responses.iter().enumerate() {
+            let known = self.laws.numbers.iter().find(|one| one.key == response.key);
             let sd = known.and_then(Uncertain::known).map_or(0.0, |law| law.sd);
-            all.push((Law::Number(number), told(&leaning.key, sd)));
+            all.push((Law::Number(number), told(&response.key, sd)));
         }
         for (person, (walker, law)) in self.film.people.iter().zip(&self.laws.agents).enumerate() {
             let of = [
@@ -467,7 +467,7 @@ impl<'a> Worlds<'a> {
             let drawn = self.others[*index].drawn.clone();
             let shown = drawn.moved(0, by_m).claimed(self.film);
             let recorded = self.recorded(shown, &self.errors[*index]);
-            is_agreed(&self.judge.of(&recorded))
+            is_agreed(&self.model.of(&recorded))
         });
         // Most offsets are not refused: one too many that agree is enough to know.
         let most = number / 10;

@@ -1,7 +1,7 @@
 //! People off their places for a while: what a statistic about who is there must not take for somebody who comes or goes.
 
 use crate::decision::film::{Film, Image, add};
-use crate::decision::template::{Hiding, centered};
+use crate::decision::template::{NoiseModel, centered};
 use crate::linear::{self, Matrix, cholesky, zeros};
 use crate::numbers::single;
 use grideye_frame::PIXELS;
@@ -33,7 +33,7 @@ impl Displaced {
         film: &Film,
         laws: &Laws,
         by_meter: Vec<[Vec<Image>; 2]>,
-        hiding: &Hiding,
+        noise: &NoiseModel,
     ) -> Self {
         let center = |axes: [Vec<Image>; 2]| axes.map(|film| centered(&film));
         let mut displaced = Self {
@@ -46,7 +46,7 @@ impl Displaced {
         for (row, unknown) in displaced.unknowns.iter().enumerate() {
             let mut alone = vec![[0.0; PIXELS]; film.len()];
             displaced.add(&mut alone, unknown, 1.0);
-            told[row] = displaced.products(&alone, hiding);
+            told[row] = displaced.products(&alone, noise);
             told[row][row] += 1.0;
         }
         displaced.lower = cholesky(&told).unwrap_or_default();
@@ -55,10 +55,10 @@ impl Displaced {
 
     /// A film less what people off their places would explain of it: `Σ⁻¹ film` in units of noise and pattern, where `Σ` has
     /// noise, pattern and places (Woodbury).
-    pub(super) fn unexplained(&self, film: &[Image], hiding: &Hiding) -> Vec<Image> {
+    pub(super) fn unexplained(&self, film: &[Image], noise: &NoiseModel) -> Vec<Image> {
         let mut left = film.to_vec();
         if !self.lower.is_empty() {
-            let explained = linear::solve(&self.lower, &self.products(film, hiding));
+            let explained = linear::solve(&self.lower, &self.products(film, noise));
             for (unknown, by) in self.unknowns.iter().zip(explained) {
                 self.add(&mut left, unknown, -single(by));
             }
@@ -74,8 +74,8 @@ impl Displaced {
     }
 
     /// `W` of a film with each unknown.
-    fn products(&self, film: &[Image], hiding: &Hiding) -> Vec<f64> {
-        let template = hiding.template(film);
+    fn products(&self, film: &[Image], noise: &NoiseModel) -> Vec<f64> {
+        let template = noise.template(film);
         let product = |unknown: &Unknown| {
             let by_meter = &self.by_meter[unknown.person][unknown.axis];
             f64::from(unknown.sd_m) * template.product_during(unknown.during.clone(), by_meter)

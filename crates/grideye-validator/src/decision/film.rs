@@ -39,7 +39,7 @@ pub(crate) struct Film {
     pub(crate) room: Vec<Image>,
     pub(crate) people: Vec<Walker>,
     /// How it looks with each uncertain number of the scene off.
-    pub(crate) leanings: Vec<Leaning>,
+    pub(crate) responses: Vec<Response>,
     /// The subjects of a scene without people.
     pub(crate) objects: Option<Vec<Image>>,
     rendered: Rendered,
@@ -60,7 +60,7 @@ type Places = HashMap<(i32, i32, u8), Box<Image>, FixedState>;
 
 /// What one uncertain number of a scene adds, by its standard deviations `z`: `z` times `linear` and `z²` times `square`,
 /// which is exact at -1 and 1.
-pub(crate) struct Leaning {
+pub(crate) struct Response {
     pub(crate) key: String,
     pub(crate) linear: Vec<Image>,
     pub(crate) square: Vec<Image>,
@@ -168,7 +168,7 @@ impl Film {
             room,
             people,
             objects,
-            leanings: Vec::new(),
+            responses: Vec::new(),
             rendered: Rendered::default(),
         };
         film.lean(scene, other)?;
@@ -217,7 +217,7 @@ impl Film {
             let square = pairs().zip(&own).map(|((below, above), own)| {
                 std::array::from_fn(|pixel| 0.5 * (below[pixel] + above[pixel]) - own[pixel])
             });
-            self.leanings.push(Leaning {
+            self.responses.push(Response {
                 key: variant.key.clone(),
                 linear: pairs()
                     .map(|(below, above)| less(above, below).map(|celsius| 0.5 * celsius))

@@ -13,12 +13,12 @@
 //! too, it cannot tell.
 
 mod alternative;
+mod builder;
 mod change;
 mod decide;
 mod displaced;
 mod film;
-mod judge;
-mod painter;
+mod model;
 mod recording;
 mod remedy;
 mod search;

@@ -3,7 +3,7 @@
 use crate::align::Orientation;
 use crate::decision::change::{Change, Compared, DELAY_MAX_S, Kind, ROWS, Row, WITHIN_PEOPLE};
 use crate::decision::film::{Film, Image, Rendered, add, image, less, moment, turned};
-use crate::decision::template::{Hiding, centered};
+use crate::decision::template::{NoiseModel, centered};
 use crate::numbers::{count, evenly, index, median, single, whole};
 use grideye_frame::PIXELS;
 use grideye_scene::{Scene, SceneError, Simulator};
@@ -49,7 +49,7 @@ struct Shown {
 
 pub(super) struct Search<'a> {
     compared: &'a Compared<'a>,
-    hiding: Hiding,
+    noise: NoiseModel,
     /// The scene as it is, with people within their laws.
     pub(super) own: Tried,
     /// What was rendered last.
@@ -98,7 +98,7 @@ impl<'a> Search<'a> {
                 level_c: 0.0,
             },
             last: None,
-            hiding: Hiding::new(&recording.unit),
+            noise: NoiseModel::new(&recording.unit),
             reel,
             times_s,
             places,
@@ -208,7 +208,7 @@ impl<'a> Search<'a> {
         let sd = self.compared.laws.agents.first();
         let sd = sd.map_or(OBJECTS_SD, |law| law.contrast_sd).max(0.05);
         let [low, high] = [-FREE_SDS, FREE_SDS].map(|sds| (sds * sd).exp());
-        let (known, subject) = (1.0 / (sd * sd), self.hiding.template(&shown.subject));
+        let (known, subject) = (1.0 / (sd * sd), self.noise.template(&shown.subject));
         let (scale, more_c) = change.unit();
         for (turned, pictures) in &self.pictures {
             let seen = pictures
@@ -218,7 +218,7 @@ impl<'a> Search<'a> {
             let mut beyond: Vec<Image> = seen.collect();
             let product = subject.product(&beyond);
             let times = ((product + known) / (subject.square + known)).clamp(low, high);
-            let mut left = self.hiding.square(&beyond) + shown.cost + known * (times - 1.0).powi(2);
+            let mut left = self.noise.square(&beyond) + shown.cost + known * (times - 1.0).powi(2);
             left -= times * (2.0 * product - times * subject.square);
             for (beyond, subject) in beyond.iter_mut().zip(&shown.subject) {
                 add(beyond, subject, -single(times));
@@ -357,7 +357,7 @@ impl<'a> Search<'a> {
         let moves = path.windows(2).filter(|pair| pair[0] != pair[1]).count();
         shown.cost = MORE_COST * count(1 + moves);
         let more: Vec<Image> = path.into_iter().map(|look| looks[look]).collect();
-        let template = self.hiding.template(&more);
+        let template = self.noise.template(&more);
         let times = template.product(&rest) / template.square.max(1.0);
         for (room, more) in shown.room.iter_mut().zip(&more) {
             add(room, more, single(times.clamp(0.4, 2.5)));

@@ -1,7 +1,7 @@
 //! How the statistics of right worlds spread, and what is farthest off.
 
 use crate::decision::film::Film;
-use crate::decision::judge::{BLOCKS, Judge, Statistics};
+use crate::decision::model::{BLOCKS, Model, Statistics};
 use crate::numbers::{count, mean, percentile, single};
 use grideye_draw::text::fixed;
 use std::ops::Range;
@@ -254,12 +254,12 @@ impl Spread {
         &self,
         place: usize,
         statistics: &Statistics,
-        judge: &Judge,
+        model: &Model,
         film: &Film,
     ) -> (Cause, String) {
         let warmer = |sign: f32| {
             let index = self.block(statistics, sign, place > 3).0;
-            let (stretch, row, column) = judge.block(index);
+            let (stretch, row, column) = model.block(index);
             let root = count(stretch.len()).sqrt();
             let by_c = f64::from(statistics.beyond[index] - self.beyond[index].0) / root;
             let size = fixed(by_c.abs(), 1);
@@ -312,19 +312,19 @@ impl Spread {
                 let found = format!("{name} has {times} times the scene's contrast{why}");
                 (Cause::Contrast, found)
             }
-            _ => (Cause::Alternative, likest(statistics, judge, film)),
+            _ => (Cause::Alternative, likest(statistics, model, film)),
         }
     }
 }
 
 /// The alternative that a recording looks like most.
-fn likest(statistics: &Statistics, judge: &Judge, film: &Film) -> String {
+fn likest(statistics: &Statistics, model: &Model, film: &Film) -> String {
     // Farther below 0 than the alternative itself, it is neither.
-    let near = statistics.likeness.iter().zip(&judge.rivals);
+    let near = statistics.likeness.iter().zip(&model.hypotheses);
     let near = near.filter(|(likeness, _)| **likeness < LIKE);
     match near.min_by(|a, b| a.0.abs().total_cmp(&b.0.abs())) {
         None => "it does not look like the scene".to_owned(),
-        Some((_, rival)) => format!("it looks more like {}", rival.what.in_words(film)),
+        Some((_, hypothesis)) => format!("it looks more like {}", hypothesis.what.in_words(film)),
     }
 }
 

@@ -10,8 +10,8 @@ use crate::numbers::{count, single};
 use grideye_frame::PIXELS;
 use std::ops::Range;
 
-/// What hides a film.
-pub(crate) struct Hiding {
+/// What a unit adds to every frame, and so hides.
+pub(crate) struct NoiseModel {
     noise_c2: [f64; PIXELS],
     pattern_c2: [f64; PIXELS],
 }
@@ -23,7 +23,7 @@ pub(crate) struct Template {
     pub(crate) square: f64,
 }
 
-impl Hiding {
+impl NoiseModel {
     pub(crate) fn new(unit: &Unit) -> Self {
         let square = |image: &Image| image.map(|sd_c| f64::from(sd_c).powi(2));
         Self {

@@ -13,7 +13,7 @@ const OBJECTS_SD: f64 = 0.2;
 /// One of the laws that worlds draw from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Law {
-    /// Of the file's number with this leaning.
+    /// Of the file's number with this response.
     Number(usize),
     /// Of a person.
     Contrast(usize),
@@ -93,7 +93,7 @@ impl Drawn {
             people,
             objects: single(normal(random, OBJECTS_SD).exp()),
             off: film
-                .leanings
+                .responses
                 .iter()
                 .map(|_| single(normal(random, 1.0)))
                 .collect(),
@@ -179,15 +179,15 @@ impl Drawn {
         is_hidden: impl Fn(usize, usize) -> bool,
     ) -> Vec<Image> {
         let (room, objects, people) = (&film.room, &film.objects, &mut film.people);
-        let leanings = &film.leanings;
+        let responses = &film.responses;
         let picture = |index: usize| {
             let mut image = room[index];
             if let Some(objects) = objects {
                 add(&mut image, &objects[index], self.objects);
             }
-            for (leaning, off) in leanings.iter().zip(&self.off) {
-                add(&mut image, &leaning.linear[index], *off);
-                add(&mut image, &leaning.square[index], off * off);
+            for (response, off) in responses.iter().zip(&self.off) {
+                add(&mut image, &response.linear[index], *off);
+                add(&mut image, &response.square[index], off * off);
             }
             for (number, (walker, (contrast, places))) in
                 people.iter_mut().zip(&self.people).enumerate()

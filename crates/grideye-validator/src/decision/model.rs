@@ -1,10 +1,10 @@
 //! Statistics of a recording beside a scene and its alternatives.
 
 use crate::decision::alternative::Alternative;
+use crate::decision::builder::{Builder, Equations, FOR_MEAN, Hypothesis, PRIOR};
 use crate::decision::displaced::Displaced;
 use crate::decision::film::{Film, Image, add, less};
-use crate::decision::painter::{Equations, FOR_MEAN, PRIOR, Painter, Rival};
-use crate::decision::template::{Hiding, Template, centered};
+use crate::decision::template::{NoiseModel, Template, centered};
 use crate::decision::unit::Unit;
 use crate::decision::world::{Drawn, World};
 use crate::numbers::{count, single};
@@ -23,15 +23,15 @@ const STRETCHES_MOST: f64 = 300.0;
 const ACROSS: usize = COLUMNS - 1;
 pub(crate) const BLOCKS: usize = (ROWS - 1) * ACROSS;
 
-/// Looks at recordings.
-pub(crate) struct Judge {
-    hiding: Hiding,
+/// The scene and its alternatives as templates, which recordings are held against.
+pub(crate) struct Model {
+    noise: NoiseModel,
     rooms: Vec<Template>,
     /// What each person adds, or the objects, by delay.
     subjects: Vec<Vec<Template>>,
     /// By delay: how they lie to each other and to the room.
     equations: Vec<Equations>,
-    pub(crate) rivals: Vec<Rival>,
+    pub(crate) hypotheses: Vec<Hypothesis>,
     pub(crate) lags_s: Vec<f64>,
     stretches: Vec<Range<usize>>,
     room: Vec<Image>,
@@ -66,9 +66,9 @@ pub(crate) struct Statistics {
     pub(crate) beyond: Vec<f32>,
 }
 
-impl Judge {
+impl Model {
     pub(crate) fn new(film: &mut Film, laws: &Laws, unit: &Unit, random: &mut ChaCha8Rng) -> Self {
-        let hiding = Hiding::new(unit);
+        let noise = NoiseModel::new(unit);
         // The same draws for all, with the scene's own contrast.
         let worlds: Vec<World> = (0..FOR_MEAN)
             .map(|_| World::new(Drawn::of(film, laws, random).with_claimed_warmth(), film))
@@ -80,28 +80,28 @@ impl Judge {
             0
         };
         let lags_s: Vec<f64> = (-lags..=lags).map(|lag| step_s * f64::from(lag)).collect();
-        let mut painter = Painter::new(film, &hiding, &worlds, &lags_s);
-        painter.move_people(film, laws);
-        let rivals = Alternative::of(film, laws)
+        let mut builder = Builder::new(film, &noise, &worlds, &lags_s);
+        builder.move_people(film, laws);
+        let hypotheses = Alternative::of(film, laws)
             .into_iter()
-            .map(|what| painter.rival(film, what))
+            .map(|what| builder.hypothesis(film, what))
             .collect();
         let stretches = film.stretches(STRETCH_S, STRETCHES_MOST);
         let centered_all = |all: Vec<Vec<Image>>| all.iter().map(|film| centered(film)).collect();
         Self {
             room: centered(&film.room),
-            pictures: painter.pictures.into_iter().map(centered_all).collect(),
-            displaced: painter.displaced,
-            own_share: hiding.own_share(film.len()),
-            rooms: painter
+            pictures: builder.pictures.into_iter().map(centered_all).collect(),
+            displaced: builder.displaced,
+            own_share: noise.own_share(film.len()),
+            rooms: builder
                 .rooms
                 .into_iter()
                 .map(|room| room.template)
                 .collect(),
-            subjects: painter.subjects,
-            equations: painter.equations,
-            hiding,
-            rivals,
+            subjects: builder.subjects,
+            equations: builder.equations,
+            noise,
+            hypotheses,
             lags_s,
             stretches,
         }
@@ -156,14 +156,20 @@ impl Judge {
     }
 
     /// 1, and the projection of what the scene leaves unexplained on the difference, in its own length.
-    fn likeness_at(&self, rival: &Rival, recording: &[Image], fit: &Fit, in_rooms: f64) -> f64 {
+    fn likeness_at(
+        &self,
+        hypothesis: &Hypothesis,
+        recording: &[Image],
+        fit: &Fit,
+        in_rooms: f64,
+    ) -> f64 {
         /// Noise adds more in one of a hundred recordings.
         const NOISE_SDS: f64 = 2.326;
-        let (difference, products) = &rival.difference[fit.lag];
-        let s = rival
+        let (difference, products) = &hypothesis.difference[fit.lag];
+        let s = hypothesis
             .subject
             .map_or(fit.contrast, |subject| fit.contrasts[subject]);
-        let rooms = &rival.rooms;
+        let rooms = &hypothesis.rooms;
         let square = rooms.square + s * (2.0 * products.rooms + s * difference.square);
         if s <= 0.0 || square <= 0.0 {
             return f64::from(f32::MIN);
@@ -181,13 +187,13 @@ impl Judge {
     }
 
     /// How much more a recording resembles the scene than one alternative.
-    pub(crate) fn likeness(&self, rival: usize, recording: &[Image]) -> f64 {
-        let rival = &self.rivals[rival];
-        let in_rooms = match rival.room {
+    pub(crate) fn likeness(&self, hypothesis: usize, recording: &[Image]) -> f64 {
+        let hypothesis = &self.hypotheses[hypothesis];
+        let in_rooms = match hypothesis.room {
             0 => 0.0,
             room => self.in_room(0, recording) - self.in_room(room, recording),
         };
-        self.likeness_at(rival, recording, &self.fit(recording), in_rooms)
+        self.likeness_at(hypothesis, recording, &self.fit(recording), in_rooms)
     }
 
     pub(crate) fn of(&self, recording: &[Image]) -> Statistics {
@@ -196,12 +202,16 @@ impl Judge {
             .collect();
         let fit = self.fit(recording);
         let room = self.rooms[0].square - 2.0 * rooms[0];
-        let left = self.hiding.square(recording) + room - fit.explained;
-        let noise = self.hiding.steps(recording);
-        let likeness = self
-            .rivals
-            .iter()
-            .map(|rival| self.likeness_at(rival, recording, &fit, rooms[0] - rooms[rival.room]));
+        let left = self.noise.square(recording) + room - fit.explained;
+        let noise = self.noise.steps(recording);
+        let likeness = self.hypotheses.iter().map(|hypothesis| {
+            self.likeness_at(
+                hypothesis,
+                recording,
+                &fit,
+                rooms[0] - rooms[hypothesis.room],
+            )
+        });
         Statistics {
             lag_s: self.lag_s(recording, &fit),
             misfit: left.max(1e-9).ln() - noise.max(1e-9).ln(),
@@ -224,7 +234,7 @@ impl Judge {
             .zip(room)
             .map(|(seen, room)| less(seen, room))
             .collect();
-        let [moving, still] = self.hiding.squares(&left);
+        let [moving, still] = self.noise.squares(&left);
         let degrees = count(PIXELS - 1);
         let frames = count(recording.len().saturating_sub(1).max(1));
         let is_seen = self.fit(recording).explained > SEEN_SDS * SEEN_SDS;
@@ -260,7 +270,7 @@ impl Judge {
             }
         }
         if let Some(displaced) = &self.displaced {
-            left = displaced.unexplained(&left, &self.hiding);
+            left = displaced.unexplained(&left, &self.noise);
         }
         let left = means(&left, &self.stretches);
         let mut mean = [0.0_f64; PIXELS];

@@ -4,7 +4,7 @@ use crate::align::Orientation;
 use crate::decision::alternative::{Alternative, PEOPLE_MOST};
 use crate::decision::displaced::Displaced;
 use crate::decision::film::{Film, Image, add, less, turned};
-use crate::decision::template::{Hiding, Template, centered, mean};
+use crate::decision::template::{NoiseModel, Template, centered, mean};
 use crate::decision::world::{World, later};
 use crate::linear::{self, Matrix, cholesky};
 use crate::numbers::{count, median, single};
@@ -29,8 +29,8 @@ pub(super) struct Equations {
     lower: Matrix,
 }
 
-/// Another story beside the scene's: the scene less this difference, which is as warm as one subject or as all.
-pub(crate) struct Rival {
+/// An alternative as a template: the scene less this difference, which is as warm as one subject or as all.
+pub(crate) struct Hypothesis {
     pub(crate) what: Alternative,
     pub(super) subject: Option<usize>,
     /// The room in this story.
@@ -85,9 +85,9 @@ impl Equations {
     }
 }
 
-/// Makes the stories' pictures: means over worlds.
-pub(super) struct Painter<'a> {
-    hiding: &'a Hiding,
+/// Makes the templates of scene and alternatives: means over worlds.
+pub(super) struct Builder<'a> {
+    noise: &'a NoiseModel,
     worlds: &'a [World],
     lags_s: &'a [f64],
     /// The scene's, then those of other orientations.
@@ -110,15 +110,15 @@ pub(super) struct Room {
     pub(super) template: Template,
 }
 
-impl<'a> Painter<'a> {
+impl<'a> Builder<'a> {
     pub(super) fn new(
         film: &mut Film,
-        hiding: &'a Hiding,
+        noise: &'a NoiseModel,
         worlds: &'a [World],
         lags_s: &'a [f64],
     ) -> Self {
-        let mut painter = Self {
-            hiding,
+        let mut builder = Self {
+            noise,
             worlds,
             lags_s,
             rooms: Vec::new(),
@@ -129,42 +129,42 @@ impl<'a> Painter<'a> {
             alike: ALIKE,
             displaced: None,
         };
-        let _ = painter.room(film, Orientation::Upright);
-        painter.claimed = vec![[0.0; PIXELS]; film.len()];
+        let _ = builder.room(film, Orientation::Upright);
+        builder.claimed = vec![[0.0; PIXELS]; film.len()];
         for subject in 0..film.people.len().max(1) {
-            let alone = painter.mean(film, 0, |film, world| {
+            let alone = builder.mean(film, 0, |film, world| {
                 let is_other = |person, _| person != subject;
                 world.drawn.without_hidden(film, is_other)
             });
-            for (claimed, alone) in painter.claimed.iter_mut().zip(&alone) {
+            for (claimed, alone) in builder.claimed.iter_mut().zip(&alone) {
                 add(claimed, alone, 1.0);
             }
             let delayed = lags_s
                 .iter()
                 .map(|lag_s| later(&alone, &film.times_s, *lag_s));
             let mut templates = Vec::with_capacity(lags_s.len());
-            for (pictures, delayed) in painter.pictures.iter_mut().zip(delayed) {
-                templates.push(hiding.template(&delayed));
+            for (pictures, delayed) in builder.pictures.iter_mut().zip(delayed) {
+                templates.push(noise.template(&delayed));
                 pictures.push(delayed);
             }
-            painter.subjects.push(templates);
+            builder.subjects.push(templates);
         }
         for lag in 0..lags_s.len() {
             let with = |template: &Template| -> Vec<f64> {
-                painter.pictures[lag]
+                builder.pictures[lag]
                     .iter()
                     .map(|pictures| template.product(pictures))
                     .collect()
             };
-            let products = painter
+            let products = builder
                 .subjects
                 .iter()
                 .map(|subject| with(&subject[lag]))
                 .collect();
-            let equations = Equations::new(with(&painter.rooms[0].template), products);
-            painter.equations.push(equations);
+            let equations = Equations::new(with(&builder.rooms[0].template), products);
+            builder.equations.push(equations);
         }
-        painter
+        builder
     }
 
     /// What worlds show beyond a room, in the mean.
@@ -193,7 +193,7 @@ impl<'a> Painter<'a> {
                 let pictures = turned(&film.room, orientation);
                 self.rooms.push(Room {
                     orientation,
-                    template: self.hiding.template(&pictures),
+                    template: self.noise.template(&pictures),
                     pictures,
                 });
                 self.rooms.len() - 1
@@ -233,7 +233,7 @@ impl<'a> Painter<'a> {
                     .collect::<Vec<Image>>()
             });
             let middle = median(&[&right, &left, &up, &down].map(|apart| {
-                let template = self.hiding.template(apart);
+                let template = self.noise.template(apart);
                 (template.square - self.by_contrast(Some(person), &template)).max(0.0)
             }));
             // In the median over the directions, of the person for whom it is least.
@@ -254,22 +254,22 @@ impl<'a> Painter<'a> {
         if least.is_finite() {
             self.alike = least.max(ALIKE);
         }
-        self.displaced = Some(Displaced::new(film, laws, by_meter, self.hiding));
+        self.displaced = Some(Displaced::new(film, laws, by_meter, self.noise));
     }
 
-    pub(super) fn rival(&mut self, film: &mut Film, what: Alternative) -> Rival {
+    pub(super) fn hypothesis(&mut self, film: &mut Film, what: Alternative) -> Hypothesis {
         let room = self.room(film, what.orientation());
         let other = self.mean(film, room, |film, world| what.shown(film, world));
         let pairs = self.claimed.iter().zip(&other);
         let apart: Vec<Image> = pairs.map(|(claimed, other)| less(claimed, other)).collect();
         let seen = match &self.displaced {
-            Some(displaced) if what.comes_or_goes() => displaced.unexplained(&apart, self.hiding),
+            Some(displaced) if what.comes_or_goes() => displaced.unexplained(&apart, self.noise),
             _ => apart.clone(),
         };
         let own = &self.rooms[0];
         let pairs = own.pictures.iter().zip(&self.rooms[room].pictures);
         let rooms_apart: Vec<Image> = pairs.map(|(own, other)| less(own, other)).collect();
-        let rooms_template = self.hiding.template(&rooms_apart);
+        let rooms_template = self.noise.template(&rooms_apart);
         let products = |template: &Template, pictures: &[Vec<Image>]| -> Vec<f64> {
             pictures
                 .iter()
@@ -282,7 +282,7 @@ impl<'a> Painter<'a> {
             .zip(&self.pictures)
             .map(|(lag_s, pictures)| {
                 let delayed = |film_of: &[Image]| later(film_of, &film.times_s, *lag_s);
-                let mut template = self.hiding.template(&delayed(&seen));
+                let mut template = self.noise.template(&delayed(&seen));
                 template.square = template.product(&delayed(&apart));
                 let all = Products {
                     room: template.product(&own.pictures),
@@ -294,7 +294,7 @@ impl<'a> Painter<'a> {
             .collect();
         let middle = &difference[self.lags_s.len() / 2];
         // However well places are known.
-        let own_square = self.hiding.template(&apart).square;
+        let own_square = self.noise.template(&apart).square;
         let square = rooms_template.square + 2.0 * middle.1.rooms + own_square;
         let is_alike = match &what {
             Alternative::More(_) => still_c(&apart) < CLEAR_C,
@@ -303,7 +303,7 @@ impl<'a> Painter<'a> {
             }
             _ => square < ALIKE * ALIKE,
         };
-        Rival {
+        Hypothesis {
             subject: what.person(),
             is_alike,
             room,
