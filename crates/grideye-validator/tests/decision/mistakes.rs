@@ -188,7 +188,7 @@ fn scene(room: &Room, (seed, frames): (u64, u32), aside_m: [[f64; 2]; 2]) -> Sce
     };
     let stands = |_| [0.9, 0.6];
     let bert_walks = |time_s: f64| walks(time_s + 71.0);
-    let mut people: Vec<(&str, &dyn Fn(f64) -> [f64; 2])> = vec![("anna", &walks)];
+    let mut people: Vec<(&str, &Walks<'_>)> = vec![("anna", &walks)];
     if room.bert && seed % 2 == 0 {
         people.push(("bert", &bert_walks));
     } else if room.bert {
@@ -214,6 +214,9 @@ fn scene(room: &Room, (seed, frames): (u64, u32), aside_m: [[f64; 2]; 2]) -> Sce
     }
     parse(&(text, files))
 }
+
+/// Where somebody is at a time, meters.
+type Walks<'a> = dyn Fn(f64) -> [f64; 2] + 'a;
 
 /// A comparison that starts five seconds into the scene.
 struct Case {
@@ -272,7 +275,7 @@ impl Case {
                 let from = turned(pixel);
                 without[from]
                     + contrast * (with[from] - without[from])
-                    + errors[index as usize][from]
+                    + errors[usize::try_from(index).unwrap()][from]
             });
             let said = |celsius| {
                 if let Wrong::Celsius(of) = wrong {
@@ -282,8 +285,8 @@ impl Case {
                 }
             };
             let mut record = row(index, shown.map(said), &[0.0; PIXELS]);
-            record.stamp.t_boot_ns =
-                3_000_000_000 + (f64::from(index) * 1e9 * period_s * apart) as u64;
+            let later = Duration::from_secs_f64(f64::from(index) * period_s * apart);
+            record.stamp.t_boot_ns = 3_000_000_000 + u64::try_from(later.as_nanos()).unwrap();
             assert!(matches!(record.reading, Reading::Frame(_)));
             record
         };
