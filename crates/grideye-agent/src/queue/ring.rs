@@ -44,7 +44,7 @@ pub struct Ring {
     written: u64,
     /// Settled in memory after they were claimed, so that the disk has them and need not send them.
     settled: Vec<Item>,
-    /// Whether everything is to be delivered oldest first.
+    /// Whether the oldest records are delivered first, without exception.
     is_in_order: bool,
 }
 

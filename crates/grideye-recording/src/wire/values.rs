@@ -56,7 +56,7 @@ pub(super) struct Object<T>(pub(super) T);
 
 struct List<T>(Vec<T>);
 
-/// Names of what `T` is, with a count for each.
+/// Names, each with a count; `T` says which names there are.
 struct Counts<T>(BTreeMap<String, u64>, PhantomData<T>);
 
 pub(super) struct Pixels(pub(super) [PixelWord; PIXELS]);
