@@ -28,6 +28,8 @@ struct Driver {
     /// Whether it takes its bus from a package that the socket client can replace. The others open /dev/i2c-N
     /// themselves.
     has_socket: bool,
+    /// Whether it reads each byte in a transaction of its own, so that a word's two may be of two frames.
+    reads_bytes: bool,
 }
 
 impl Driver {
@@ -83,6 +85,7 @@ const DRIVERS: [Driver; 6] = [
         place: in_order,
         thermistor: Some(thermistor_c),
         has_socket: false,
+        reads_bytes: false,
     },
     Driver {
         name: "adafruit-circuitpython-amg88xx 1.2.28, Blinka 10.0.0 board.I2C()",
@@ -90,6 +93,7 @@ const DRIVERS: [Driver; 6] = [
         place: in_order,
         thermistor: Some(thermistor_c),
         has_socket: true,
+        reads_bytes: false,
     },
     Driver {
         name: "melopero-amg8833 0.2.1, smbus2 0.6.1",
@@ -97,6 +101,7 @@ const DRIVERS: [Driver; 6] = [
         place: in_order,
         thermistor: Some(one_over_the_fraction),
         has_socket: true,
+        reads_bytes: true,
     },
     Driver {
         name: "grideye-driver 0.1.1, smbus2 0.6.1",
@@ -104,6 +109,7 @@ const DRIVERS: [Driver; 6] = [
         place: turned,
         thermistor: Some(thermistor_c),
         has_socket: true,
+        reads_bytes: false,
     },
     Driver {
         name: "smbus2 0.6.1, i2c_rdwr",
@@ -111,6 +117,7 @@ const DRIVERS: [Driver; 6] = [
         place: in_order,
         thermistor: None,
         has_socket: true,
+        reads_bytes: false,
     },
     Driver {
         name: "Adafruit-PureIO 1.1.12, one block",
@@ -118,6 +125,7 @@ const DRIVERS: [Driver; 6] = [
         place: in_order,
         thermistor: None,
         has_socket: false,
+        reads_bytes: false,
     },
 ];
 
@@ -541,8 +549,19 @@ fn sees_the_walk(driver: &Driver, way: Way, scene: &Path) {
         .collect();
     assert!(frames.len() >= 10, "{}: {}", driver.name, frames.len());
     // Room and body are at -10 and 25 °C, plus six sigma of the scene's noise and one step of the chip.
-    let plausible = |pixel: &f64| (-11.0..=26.0).contains(pixel);
-    assert!(frames.iter().flatten().all(plausible), "{}", driver.name);
+    let pixels = frames.iter().flatten();
+    let strange: Vec<&f64> = pixels
+        .filter(|pixel| !(-11.0..=26.0).contains(*pixel))
+        .collect();
+    // The upper byte of below zero with the lower of above, and the other way round. The busier the host, the more.
+    let mixed = |pixel: &&f64| (-64.0..-37.0).contains(*pixel) || (53.0..64.0).contains(*pixel);
+    assert!(
+        strange.len() <= if driver.reads_bytes { frames.len() } else { 0 }
+            && strange.iter().all(mixed),
+        "{}: {strange:?} in {} frames",
+        driver.name,
+        frames.len()
+    );
     let columns: Vec<f64> = frames
         .iter()
         .filter_map(|frame| warm_column(frame))
