@@ -1,13 +1,13 @@
-"""What `grideye convert` writes, as numpy, pandas, pyarrow, Polars, DuckDB, Pillow and the mcap package read it, beside the
+"""What `grideye convert` writes, as numpy, pandas, pyarrow, Polars, DuckDB, Pillow, mcap-ros2-support and rosbags read it, beside the
 recording's own text; and what it reads of files of temperatures alone.
 
 Arguments: the program, a folder to write into.
 """
 
-import base64
 import csv
 import json
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -19,7 +19,9 @@ import polars
 import pyarrow.parquet
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
+from mcap_ros2.decoder import DecoderFactory
 from PIL import Image
+from rosbags.typesys import Stores, get_typestore
 
 program, folder = sys.argv[1], Path(sys.argv[2])
 GOLDEN = "recordings/golden/two-sensors.csv"
@@ -41,17 +43,13 @@ def number(text):
     return float(text) if text else math.nan
 
 
-def fits(schema, value):
-    """Whether a value is as a JSON schema says, as far as the schemas here go."""
-    kinds = {"object": dict, "integer": int, "number": (int, float), "string": str, "null": type(None)}
-    if "enum" in schema:
-        return value in schema["enum"]
-    names = schema["type"] if isinstance(schema["type"], list) else [schema["type"]]
-    return (
-        any(isinstance(value, kinds[name]) for name in names)
-        and all(name in value for name in schema.get("required", []))
-        and all(fits(inner, value[name]) for name, inner in schema.get("properties", {}).items() if isinstance(value, dict) and name in value)
-    )
+def equal(one, other):
+    """Whether two decoders found the same in a message."""
+    if isinstance(one, (str, int, float)):
+        return one == other
+    if isinstance(one, (bytes, list, tuple, numpy.ndarray)):
+        return len(one) == len(other) and all(equal(*pair) for pair in zip(one, other))
+    return all(equal(getattr(one, name), getattr(other, name)) for name in one.__slots__ if not name.startswith("_"))
 
 
 def refused_or(path, pieces, read, whole):
@@ -149,47 +147,54 @@ for source in [GOLDEN, SESSION]:
                 table[name] = [str(value) for value in table[name]]
             assert table[name] == want[name], (reader, name, table[name][:5], want[name][:5])
 
-    # Messages
-    with open(convert(source, "a.mcap"), "rb") as file:
-        reader = make_reader(file, validate_crcs=True)
-        summary = reader.get_summary()
-        schemas = {schema.name: schema for schema in summary.schemas.values()}
-        assert set(schemas) == {"foxglove.RawImage", "grideye.State"}, schemas
-        declared = {name: json.loads(schema.data) for name, schema in schemas.items()}
-        # As foxglove/schemas has them, schemas/jsonschema/RawImage.json.
-        fields = declared["foxglove.RawImage"]["properties"]
-        assert {name: field["type"] for name, field in fields.items()} == {
-            "timestamp": "object", "frame_id": "string", "width": "integer", "height": "integer",
-            "encoding": "string", "step": "integer", "data": "string",
-        }  # fmt: skip
-        assert fields["data"]["contentEncoding"] == "base64"
-        assert {name: field["type"] for name, field in fields["timestamp"]["properties"].items()} == {"sec": "integer", "nsec": "integer"}
-        assert summary.statistics.message_count == len(text) + sum(row["missing"] == "" for row in text)
-        states, images = [], {}
-        for schema, channel, message in reader.iter_messages(log_time_order=False):
+    # Messages: the file as MCAP's own reader checks it, and its messages as two decoders of ROS 2 read them, the one by the file's
+    # definitions, the other by those that ROS 2 Humble ships.
+    path = convert(source, "a.mcap")
+    humble = get_typestore(Stores.ROS2_HUMBLE)
+    states, images, thermistors = [], {}, {}
+    with open(path, "rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()], validate_crcs=True)
+        assert reader.get_header().profile == "ros2"
+        whole = sum(row["missing"] == "" for row in text)
+        measured = sum(row["thermistor"] != "" for row in text)
+        assert reader.get_summary().statistics.message_count == len(text) + whole + measured
+        for schema, channel, message, body in reader.iter_decoded_messages(log_time_order=False):
+            assert (channel.message_encoding, schema.encoding) == ("cdr", "ros2msg")
+            again = humble.deserialize_cdr(message.data, schema.name)
+            assert equal(body, again), (schema.name, body, again)
+            # Its own encoder pads the end to what a buffer is aligned to.
+            assert bytes(humble.serialize_cdr(again, schema.name)).rstrip(b"\0") == message.data.rstrip(b"\0")
+            assert body.header.stamp.sec * 10**9 + body.header.stamp.nanosec == message.log_time == message.publish_time
             place, what = channel.topic.rsplit("/", 1)
-            body = json.loads(message.data)
-            assert fits(declared[schema.name], body), (schema.name, body)
             if what == "state":
-                states.append((place, body, message.log_time))
+                states.append((place, message.log_time, body))
             else:
-                assert (schema.name, channel.message_encoding) == ("foxglove.RawImage", "json")
-                images[message.log_time, place] = body
+                {"image": images, "thermistor": thermistors}[what][message.log_time, place] = (schema.name, body)
     assert len(states) == len(text)
-    for row, (place, state, at_ns) in zip(text, states):
-        assert place == f"/{row['device']}/{row['sensor']}"
-        assert (state["boot"], state["seq"], state["clock"]) == (row["boot"], int(row["seq"]), row["clock"])
-        assert (state["missing"] or "") == row["missing"]
-        image = images.get((at_ns, place))
-        if row["missing"]:
-            assert state["thermistor_celsius"] is None
-            continue
-        assert state["thermistor_celsius"] == float(row["thermistor"])
-        assert (image["width"], image["height"], image["encoding"], image["step"]) == (8, 8, "32FC1", 32)
-        assert image["timestamp"]["sec"] * 10**9 + image["timestamp"]["nsec"] == at_ns
-        pixels = numpy.frombuffer(base64.b64decode(image["data"]), "<f4")
-        assert numpy.array_equal(pixels, [float(row[pixel]) for pixel in PIXELS])
-    print(f"{source}: {len(text)} rows equal in numpy, pandas, pyarrow, Polars, DuckDB and mcap")
+    for row, (place, at_ns, body) in zip(text, states, strict=True):
+        name = f"{row['device']}/{row['sensor']}"
+        assert place == "/" + re.sub("[^A-Za-z0-9/]", "_", name)
+        (state,) = body.status
+        values = {pair.key: pair.value for pair in state.values}
+        assert (state.name, state.hardware_id, body.header.frame_id) == (name, row["device"], name)
+        assert (state.level, state.message) == (2 if row["missing"] else 0, row["missing"])
+        labels = list(row)[list(row).index("pixel64") + 1 :]
+        for key in ["boot", "seq", "t_boot_ns", "clock", *labels]:
+            assert values[key] == row[key], (key, values)
+        schema, image = images.pop((at_ns, place), (None, None))
+        assert (image is None) == (row["missing"] != "")
+        if image is not None:
+            assert (schema, image.header.frame_id) == ("sensor_msgs/msg/Image", name)
+            assert (image.width, image.height, image.encoding, image.step, image.is_bigendian) == (8, 8, "32FC1", 32, 0)
+            pixels = numpy.frombuffer(bytes(image.data), "<f4")
+            assert numpy.array_equal(pixels, [float(row[pixel]) for pixel in PIXELS])
+        schema, thermistor = thermistors.pop((at_ns, place), (None, None))
+        assert (thermistor is None) == (row["thermistor"] == "")
+        if thermistor is not None:
+            assert schema == "sensor_msgs/msg/Temperature"
+            assert (thermistor.temperature, thermistor.variance) == (float(row["thermistor"]), 0)
+    assert not images and not thermistors
+    print(f"{source}: {len(text)} rows equal in numpy, pandas, pyarrow, Polars, DuckDB, mcap-ros2-support and rosbags")
 
 # Pictures
 sheet = Image.open(convert(SESSION, "a.png"))
@@ -253,7 +258,7 @@ film_frames = film_of(made["gif"])
 assert len(film_frames) == 60
 refused_or(made["gif"], 97, film_of, lambda found: found == film_frames[: len(found)])
 messages = messages_of(made["mcap"])
-assert len(messages) == 120
+assert len(messages) == 180
 refused_or(made["mcap"], 97, messages_of, lambda found: found == messages[: len(found)])
 print("files cut at 97 places are refused by their readers, or read up to the cut")
 

@@ -42,7 +42,7 @@ fn keras_trains_with_the_documented_loader() {
 fn what_convert_writes_is_the_recording_to_every_reader() {
     script(
         "exports.py",
-        "exports in numpy, pandas, pyarrow, Polars, DuckDB, Pillow and mcap",
+        "exports in numpy, pandas, pyarrow, Polars, DuckDB, Pillow, mcap-ros2-support and rosbags",
     );
 }
 

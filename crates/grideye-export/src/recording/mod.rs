@@ -5,7 +5,7 @@
 //! | `.csv` | this project's recording format, `recordings/README.md`; of other than 8 x 8 pixels, a table of degrees |
 //! | `.npz` | arrays for numpy (`recording/arrays.rs`) |
 //! | `.parquet` | the columns of the recording format, typed (`recording/columns.rs`) |
-//! | `.mcap` | Foxglove `RawImage` messages (`recording/messages.rs`) |
+//! | `.mcap` | messages of ROS 2 (`recording/messages.rs`) |
 //! | `.png` | frames of one sensor side by side on one color scale |
 //! | `.gif` | the same one after another, as fast as they were read |
 
