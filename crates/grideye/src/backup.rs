@@ -1,12 +1,14 @@
-//! `grideye backup`: a store in a file, copied while a collector may be writing to it.
+//! `grideye backup`, which copies a store in a file while a collector may be writing to it, and `grideye restore`.
 
-use crate::cli::Backup;
+use crate::cli::{Backup, Restore};
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
 use crate::{collect, progress};
 use anyhow::{Result, anyhow};
 use grideye_collector::StoreLocation;
-use grideye_collector::store::{BackedUp, BackupError, StreamSummary, backup};
+use grideye_collector::store::{
+    BackedUp, BackupError, RestoreError, StreamSummary, backup, restore,
+};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -25,8 +27,35 @@ pub(crate) fn run(options: &Backup) -> Result<Outcome> {
         bars.show(stage.name(), done, all);
     })
     .map_err(told)?;
-    let counts = counts(&backed_up);
-    if options.json {
+    report(&backed_up, &format!("copied to {out}"), options.json)
+}
+
+pub(crate) fn restore_to(options: &Restore) -> Result<Outcome> {
+    let StoreLocation::File(file) = collect::location(&options.store)? else {
+        return Err(bad_input(anyhow!(
+            "{} is a database\nhint: `pg_restore` restores one: see \"Backups\" in crates/grideye-collector/README.md",
+            options.store
+        )));
+    };
+    let mut bars = progress::Bars::default();
+    let restored = restore(&options.backup, &file, |stage, done, all| {
+        bars.show(stage.name(), done, all);
+    });
+    let restored = restored.map_err(|error| match error {
+        RestoreError::Copy(error) => told(error),
+        RestoreError::InUse(_) => bad_input(error),
+        other @ RestoreError::Rename { .. } => other.into(),
+    })?;
+    if let Some(replaced) = &restored.replaced {
+        progress::say(&format!("the store before is {}", replaced.display()));
+    }
+    let done = format!("restored to {}", file.display());
+    report(&restored.copied, &done, options.json)
+}
+
+fn report(backed_up: &BackedUp, done: &str, json: bool) -> Result<Outcome> {
+    let counts = counts(backed_up);
+    if json {
         outln!("{}", serde_json::to_string_pretty(&counts)?)?;
         return Ok(Outcome::Done);
     }
@@ -40,7 +69,7 @@ pub(crate) fn run(options: &Backup) -> Result<Outcome> {
         some => format!("the counts of {some} streams do not balance"),
     };
     outln!(
-        "{} frames and {} missing ones of {} streams, {} recordings: copied to {out} and checked; {balance}, agents dropped {}",
+        "{} frames and {} missing ones of {} streams, {} recordings: {done} and checked; {balance}, agents dropped {}",
         counts["frames"],
         counts["missing"],
         backed_up.streams.len(),

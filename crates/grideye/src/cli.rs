@@ -75,6 +75,7 @@ pub(crate) enum Command {
     Audit(Audit),
     Migrate(Migrate),
     Backup(Backup),
+    Restore(Restore),
     Mqtt(MqttCommand),
     Completions(Completions),
     Man(Man),
@@ -521,8 +522,8 @@ pub(crate) struct Migrate {
 
 /// Copy a store to a new file, even while a collector writes to it.
 ///
-/// OUT gets its name after the copy passes a check: every frame, the counts, the recordings. To restore it, run
-/// `grideye collect --store OUT`. A killed backup leaves OUT.partial, which the next one overwrites.
+/// OUT gets its name after the copy passes a check: every frame, the counts, the recordings. `grideye restore` puts it
+/// back. A killed backup leaves OUT.partial, which the next one overwrites.
 ///
 /// Do not copy a running collector's file with `cp`: the newest frames are in its log (FILE-wal), and a copy made during a
 /// write is torn.
@@ -535,6 +536,26 @@ pub(crate) struct Backup {
     pub(crate) store: String,
     /// File to write; must not exist.
     pub(crate) out: PathBuf,
+    /// Print the counts as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Put a backup in the place of a store.
+///
+/// Stop the collector first; while one uses the store, this is refused. The backup is copied and checked as `grideye backup`
+/// does. The store that was there is kept as FILE.replaced-1, with its log.
+///
+/// Do not copy a backup over a store with `cp`: the log beside it (FILE-wal) belongs to the file that is overwritten.
+///
+/// Example: grideye restore monday.sqlite --store frames.sqlite
+#[derive(Debug, Args)]
+pub(crate) struct Restore {
+    /// Backup to restore.
+    pub(crate) backup: PathBuf,
+    /// Store to replace (SQLite file).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) store: String,
     /// Print the counts as JSON.
     #[arg(long)]
     pub(crate) json: bool,

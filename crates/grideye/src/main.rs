@@ -70,6 +70,7 @@ fn main() -> ExitCode {
         Command::Audit(options) => audit::run(&options),
         Command::Migrate(options) => migrate::run(&options),
         Command::Backup(options) => backup::run(&options),
+        Command::Restore(options) => backup::restore_to(&options),
         Command::Mqtt(options) => match &options.command {
             MqttWhat::Forget(options) => mqtt::forget(options),
         },

@@ -391,6 +391,13 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         ),
     ),
     (
+        "grideye restore monday.sqlite --store frames.sqlite",
+        By(
+            "crates/grideye-collector/tests/collector/overwritten.rs",
+            "a_restore_waits_for_no_collector_and_keeps_the_store_that_it_replaces",
+        ),
+    ),
+    (
         "pg_dump --format=custom --schema=grideye --file=frames.dump postgres://grideye@db.local/frames",
         By(
             "tests/tests/collectors/several.rs",

@@ -134,7 +134,7 @@ impl From<StoreError> for Refusal {
             StoreError::Full => (FULL, "disk_full"),
             StoreError::QuotaReached { .. } => (FULL, "quota_reached"),
             StoreError::Locked => (LATER, "store_locked"),
-            StoreError::Gone { .. } => (LATER, "store_gone"),
+            StoreError::Gone { .. } | StoreError::Overwritten(_) => (LATER, "store_gone"),
             StoreError::Unreachable { .. } => (LATER, "store_unreachable"),
             StoreError::Contended { .. } => (LATER, "contended"),
             StoreError::Busy { .. } => (LATER, "busy"),

@@ -109,6 +109,19 @@ pub enum StoreError {
         /// What happened to it.
         fate: &'static str,
     },
+    /// Another program wrote into the open file or its log: which of the two.
+    #[error(
+        "the store's {0} was overwritten or cut short by another program while it was in use, and nothing more is acknowledged\nhint: stop the collector, restore the store from a backup (`grideye restore BACKUP --store FILE`), and start it again; agents keep their frames and retry"
+    )]
+    Overwritten(&'static str),
+    /// Another program has the file for itself.
+    #[error("another program restores the store\nhint: start again when it is done")]
+    InUse,
+    /// The file ends before its last page.
+    #[error(
+        "the store's file was cut short: it ends before its last page\nhint: restore it from a backup: `grideye restore BACKUP --store FILE`; nothing was changed"
+    )]
+    CutShort,
     /// The database cannot be reached, or rejects this program's login.
     #[error(
         "the database cannot be reached: {0}\nhint: is it running, does it exist, and are user and password right? Agents keep their frames and retry"

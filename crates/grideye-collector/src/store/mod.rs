@@ -19,7 +19,7 @@ pub use error::{RecordingId, StoreError};
 pub use frame_store::FrameStore;
 pub use location::{PostgresUrl, StoreLocation, UrlError};
 pub use postgres::PostgresStore;
-pub use sqlite::{BackedUp, BackupError, SqliteStore, backup};
+pub use sqlite::{BackedUp, BackupError, RestoreError, Restored, SqliteStore, backup, restore};
 pub use types::{
     Answer, Appended, Elsewhere, KeptLabel, Label, LabelSpan, Members, News, Recording,
     SensorAppended, Span, Stage, StoreUsage, StoredRecord, StreamSummary,

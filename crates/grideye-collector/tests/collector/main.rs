@@ -25,6 +25,8 @@ mod layouts;
 #[cfg(test)]
 mod log;
 #[cfg(test)]
+mod overwritten;
+#[cfg(test)]
 #[expect(
     dead_code,
     unreachable_pub,

@@ -39,6 +39,7 @@ const COMMANDS: &[(&str, i32)] = &[
     ("mqtt forget", 2),
     ("migrate nothing.sqlite x.sqlite", 2),
     ("backup nothing.sqlite x.sqlite", 2),
+    ("restore nothing.sqlite --store x.sqlite", 2),
     ("demo --once --out x --scene nothing.toml", 2),
     ("completions bash", 0),
     ("man x", 0),

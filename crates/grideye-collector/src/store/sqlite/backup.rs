@@ -10,10 +10,12 @@ use crate::limits::Limits;
 use crate::percent::percent_encoded;
 use crate::store::error::{Result, StoreError};
 use crate::store::row::count;
+use crate::store::sqlite::identity::beside;
+use crate::store::sqlite::place::keep_log;
 use crate::store::sqlite::schema::{
     APPLICATION_ID, Found, LAYOUT, READ_WRITE, SINCE_4, STEPS, TABLES, WRITTEN, recognize,
 };
-use crate::store::sqlite::{older, read};
+use crate::store::sqlite::{identity, older, read};
 use crate::store::types::{Stage, StreamSummary};
 use grideye_recording::StreamId;
 use grideye_recording::whole::sync_folder_of;
@@ -143,9 +145,8 @@ pub(crate) fn copy<P: FnMut(Stage, u64, u64)>(
 ) -> Result<(), BackupError> {
     let partial = Partial::create(out)?;
     fill(source, &partial, progress)?;
-    partial
-        .file
-        .sync_all()
+    identity::mark_copy(&partial.file)
+        .and_then(|()| partial.file.sync_all())
         .map_err(|error| match error.kind() {
             io::ErrorKind::StorageFull => partial.no_room(source),
             _ => partial.unwritable(&error),
@@ -162,6 +163,10 @@ pub(crate) fn copy<P: FnMut(Stage, u64, u64)>(
 pub(crate) fn open(file: &Path, limits: &Limits) -> Result<Connection> {
     // Opened for writing, because a reader of a log writes its index file.
     let connection = Connection::open_with_flags(file, READ_WRITE)?;
+    if std::fs::metadata(beside(file, "-wal")).is_ok_and(|log| log.len() > 0) {
+        // The log of a killed collector is left to the next one, which looks whether it is the file's own.
+        keep_log(&connection)?;
+    }
     connection.busy_timeout(limits.store_lock_time_max)?;
     match recognize(&connection)? {
         Found::Store | Found::Older(_) => Ok(connection),
@@ -340,8 +345,7 @@ struct Partial {
 
 impl Partial {
     fn create(out: &Path) -> Result<Self, BackupError> {
-        let (out, mut path) = (out.to_owned(), out.as_os_str().to_owned());
-        path.push(".partial");
+        let (out, path) = (out.to_owned(), beside(out, ".partial"));
         if out.symlink_metadata().is_ok() {
             return Err(BackupError::Exists(out));
         }
@@ -352,7 +356,6 @@ impl Partial {
             .truncate(false)
             .mode(0o600)
             .open(&path);
-        let path = PathBuf::from(path);
         let unwritable = |error: io::Error| BackupError::Write {
             out: out.clone(),
             reason: error.to_string(),
@@ -472,9 +475,7 @@ fn upgrade(transaction: &Connection, file: &Path, (from, to): (i64, i64)) -> Res
 
 /// Copies the whole file and syncs it; reuses a copy of the same state that an interrupted upgrade left.
 fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf> {
-    let mut name = file.as_os_str().to_owned();
-    name.push(format!(".layout-{from}.backup"));
-    let backup = PathBuf::from(name);
+    let backup = beside(file, &format!(".layout-{from}.backup"));
     if backup.exists() {
         let found = Connection::open_with_flags(&backup, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
         return if state(&found).ok() == Some(state(transaction)?) {

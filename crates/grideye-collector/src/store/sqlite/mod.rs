@@ -2,10 +2,12 @@
 
 mod append;
 mod backup;
+mod identity;
 mod labels;
 mod older;
 mod place;
 mod read;
+mod restore;
 mod retain;
 mod schema;
 mod store;
@@ -17,4 +19,5 @@ pub(super) use append::move_arrivals;
 pub use backup::{BackedUp, BackupError, backup};
 pub(super) use backup::{open as open_store, prepare};
 pub(super) use read::{rows_of, stream_id};
+pub use restore::{RestoreError, Restored, restore};
 pub use store::SqliteStore;

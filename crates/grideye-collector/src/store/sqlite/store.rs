@@ -24,9 +24,6 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use tokio::sync::Semaphore;
 
-/// Pages of the log between checkpoints, 32 MB: a page that many batches write is then copied into the file once.
-const CHECKPOINT_PAGES: i64 = 8192;
-
 /// The writer's page cache. At each commit after a page was split, SQLite visits every page in it, so a larger one costs
 /// more than it saves.
 const CACHE_KIB: i64 = 4 * 1024;
@@ -74,7 +71,7 @@ impl SqliteStore {
         clock: Option<Arc<dyn Clock>>,
         log: &Log,
     ) -> Result<Self> {
-        let mut place = Place::of(location)?;
+        let mut place = Place::of(location, limits, log)?;
         let mut connection = place.connect(limits)?;
         if let Some(upgraded) = backup::prepare(&mut connection, Path::new(&place.name))? {
             log.say(
@@ -87,7 +84,7 @@ impl SqliteStore {
         if let Some(bytes_max) = limits.store_bytes_max {
             set_quota(&connection, bytes_max)?;
         }
-        connection.pragma_update(None, "wal_autocheckpoint", CHECKPOINT_PAGES)?;
+        connection.pragma_update(None, "wal_autocheckpoint", 0)?;
         connection.pragma_update(None, "cache_size", -CACHE_KIB)?;
         let readers = (0..limits.readers_max.max(1))
             .map(|_| place.connect(limits))
@@ -142,7 +139,7 @@ impl SqliteStore {
         query: impl FnOnce(&Connection, &Limits) -> Result<T> + Send + 'static,
     ) -> Answer<'_, T> {
         let (free, readers) = (Arc::clone(&self.readers_free), Arc::clone(&self.readers));
-        let limits = self.limits.clone();
+        let (limits, held) = (self.limits.clone(), self.held.clone());
         Box::pin(async move {
             let turn = free
                 .acquire_owned()
@@ -154,6 +151,9 @@ impl SqliteStore {
                 let taken = readers().pop();
                 let connection = taken.ok_or(StoreError::Closed)?;
                 let outcome = query(&connection, &limits);
+                if let Some(held) = held {
+                    held.keep_log_if_overwritten(&connection)?;
+                }
                 readers().push(connection);
                 outcome
             };
@@ -221,10 +221,14 @@ impl FrameStore for SqliteStore {
     }
 
     fn ping(&self) -> Answer<'_, ()> {
-        let readable = self.query(|connection, _| read::ping(connection));
+        let held = self.held.clone();
+        let readable = self.query(move |connection, _| {
+            // First: what is wrong with the file explains why it cannot be read.
+            held.map_or(Ok(()), |held| held.check(connection))?;
+            read::ping(connection)
+        });
         Box::pin(async move {
             readable.await?;
-            self.held.as_ref().map_or(Ok(()), |held| held.check())?;
             match self.fault.get() {
                 // The check above passed, so the file is back.
                 None | Some(StoreError::Gone { .. }) => Ok(()),
@@ -242,10 +246,33 @@ impl FrameStore for SqliteStore {
                 .await
                 .map_err(|error| StoreError::Failed(error.to_string()))?
                 .map_err(|_panic| StoreError::Failed("the writer's thread panicked".to_owned()))?;
-            self.readers_free.close();
-            lock(&self.readers).clear();
+            self.close_readers();
             ended
         })
+    }
+}
+
+impl SqliteStore {
+    /// Closes the connections that read, and lets a restore have the file.
+    fn close_readers(&self) {
+        self.readers_free.close();
+        let readers = std::mem::take(&mut *lock(&self.readers));
+        let Some(held) = &self.held else { return };
+        for reader in &readers {
+            let _ = held.keep_log_if_overwritten(reader);
+        }
+        drop(readers);
+        held.release();
+    }
+}
+
+impl Drop for SqliteStore {
+    fn drop(&mut self) {
+        self.queue.close();
+        if let Some(writer) = lock(&self.writer).take() {
+            let _ = writer.join();
+            self.close_readers();
+        }
     }
 }
 

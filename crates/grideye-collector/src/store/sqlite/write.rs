@@ -230,6 +230,7 @@ fn commit<T>(
     presence.check_before(connection)?;
     let done = transact(connection, work)?;
     presence.check(connection)?;
+    presence.checkpoint(connection);
     Ok(done)
 }
 
@@ -257,6 +258,7 @@ fn is_of_the_database(error: &StoreError) -> bool {
             | StoreError::NotADatabase
             | StoreError::Unusable { .. }
             | StoreError::Gone { .. }
+            | StoreError::Overwritten(_)
             | StoreError::Closed
             | StoreError::Failed(_)
     )
