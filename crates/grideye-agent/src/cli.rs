@@ -41,6 +41,7 @@ pub enum Command {
     Check(CheckArgs),
     Join(JoinArgs),
     Run(RunArgs),
+    Resend(ResendArgs),
 }
 
 /// Test the sensors and show how to fix what fails.
@@ -148,6 +149,22 @@ pub struct RunArgs {
     /// Log format.
     #[arg(long, value_name = "FORMAT", default_value = "text")]
     pub log: LogFormat,
+}
+
+/// Send again the records that the collector rejected.
+///
+/// A record that a collector rejects for its content is kept in the spool's folder quarantine/ and counted as dropped. Once
+/// the cause is gone (another agent had the same device name, an older collector did not know a value), this sends them
+/// again, also beside a running agent. The collector's count of dropped frames falls by those that it takes.
+///
+/// Exit code 1: some were rejected again, and stay
+///
+/// Example: sudo grideye-agent resend --config /etc/grideye/agent.toml
+#[derive(Debug, Args)]
+pub struct ResendArgs {
+    /// Configuration of the agent (TOML).
+    #[arg(long, value_name = "FILE", default_value = CONFIG_FILE)]
+    pub config: PathBuf,
 }
 
 /// The format of log lines.

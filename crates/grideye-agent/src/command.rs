@@ -3,4 +3,5 @@
 pub(crate) mod check;
 pub(crate) mod common;
 pub(crate) mod join;
+pub(crate) mod resend;
 pub(crate) mod run;

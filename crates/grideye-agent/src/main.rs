@@ -11,6 +11,7 @@ fn main() -> ExitCode {
         Command::Check(args) => command::check::run(&args),
         Command::Join(args) => command::join::run(&args),
         Command::Run(args) => command::run::run(&args),
+        Command::Resend(args) => command::resend::run(&args),
     };
     outcome.unwrap_or_else(|error| {
         say(&format_args!("error: {error:#}"));

@@ -35,7 +35,7 @@ mod state;
 mod types;
 mod writing;
 
-pub use disk::{Disk, Folder, FolderError, LOCK, OpenError, QUARANTINE};
+pub use disk::{Disk, Folder, FolderError, LOCK, OpenError, QUARANTINE, REFUSED};
 pub use index::Spool;
 pub use limits::{
     Limits, QUARANTINE_BYTES_MAX, READS_MAX, RUNS_AHEAD_MAX, RUNS_MAX, SEGMENT_BYTES,

@@ -2,7 +2,8 @@
 
 use anyhow::bail;
 use grideye_agent::advice;
-use grideye_agent::config::{CONFIG_BYTES_MAX, Config};
+use grideye_agent::agent::StartError;
+use grideye_agent::config::{CONFIG_BYTES_MAX, Config, SpoolMode};
 use grideye_agent::deliver::{client, signed};
 use grideye_agent::join::{Credentials, Joined};
 use grideye_agent::limits::JOINED_BYTES_MAX;
@@ -91,6 +92,19 @@ pub(super) fn with_joined(mut config: Config, path: &Path) -> anyhow::Result<Con
     Ok(config)
 }
 
+/// Uses systemd's folder for the service if the configuration names none.
+pub(super) fn with_spool_folder(mut config: Config, path: &Path) -> Result<Config, BadUsage> {
+    let given = std::env::var_os("STATE_DIRECTORY");
+    let first = given.and_then(|given| std::env::split_paths(&given).next());
+    let given = first.map(|folder| folder.join("spool"));
+    config.spool.folder = config.spool.folder.or(given);
+    if config.spool.mode != SpoolMode::Ram && config.spool.folder.is_none() {
+        let (path, error) = (path.display(), StartError::NoSpoolFolder);
+        return Err(BadUsage(format!("{path}: {error}")));
+    }
+    Ok(config)
+}
+
 /// Why this user may not read the file that joining wrote; only root may.
 pub(super) fn unreadable(config: &Config, path: &Path) -> Option<String> {
     let found = joined_file(config, path)?;
@@ -127,7 +141,11 @@ pub(super) fn get(
     let request = signed(request, credentials.token.as_ref());
     answer(collector, request.call())
 }
-fn post(collector: &str, credentials: &Credentials, batch: &Batch) -> anyhow::Result<(u16, Value)> {
+pub(super) fn post(
+    collector: &str,
+    credentials: &Credentials,
+    batch: &Batch,
+) -> anyhow::Result<(u16, Value)> {
     let client = client(credentials, TIMEOUT).map_err(BadUsage)?;
     let request = client.post(format!("{collector}/v1/frames"));
     let request = signed(request, credentials.token.as_ref()).header("content-type", JSON_TYPE);

@@ -1,17 +1,16 @@
 //! `grideye-agent run`: reads and delivers until it gets a signal or reaches its frame limit.
 
-use super::common::{BadUsage, DATA_LOST, host_name, read_config, with_joined};
+use super::common::{BadUsage, DATA_LOST, host_name, read_config, with_joined, with_spool_folder};
 use anyhow::Context as _;
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, StartError};
 use grideye_agent::bus::LinuxBus;
 use grideye_agent::cli::{LogFormat, RunArgs};
 use grideye_agent::clock::SystemClock;
-use grideye_agent::config::{BusConfig, Config, SpoolMode};
+use grideye_agent::config::BusConfig;
 use grideye_agent::health::serve;
 use grideye_agent::log::{Level, Log};
 use grideye_agent::output;
 use std::net::{SocketAddr, TcpListener};
-use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -70,19 +69,6 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     output::result(format_args!("{summary}\n"))?;
     let code = if summary.is_complete() { 0 } else { DATA_LOST };
     Ok(code.into())
-}
-
-/// Uses systemd's folder for the service if the configuration names none.
-fn with_spool_folder(mut config: Config, path: &Path) -> Result<Config, BadUsage> {
-    let given = std::env::var_os("STATE_DIRECTORY");
-    let first = given.and_then(|given| std::env::split_paths(&given).next());
-    let given = first.map(|folder| folder.join("spool"));
-    config.spool.folder = config.spool.folder.or(given);
-    if config.spool.mode != SpoolMode::Ram && config.spool.folder.is_none() {
-        let (path, error) = (path.display(), StartError::NoSpoolFolder);
-        return Err(BadUsage(format!("{path}: {error}")));
-    }
-    Ok(config)
 }
 
 fn listen(address: SocketAddr) -> anyhow::Result<TcpListener> {

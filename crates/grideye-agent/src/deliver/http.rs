@@ -1,6 +1,6 @@
 //! Posts over HTTP, with TLS that trusts a single authority, and interprets the collector's answers.
 
-use super::post::{Post, Posted};
+use super::post::{Post, Posted, TOO_LARGE};
 use crate::advice;
 use crate::config::Body;
 use crate::join::{ClientCertificate, Credentials, Secret};
@@ -25,6 +25,10 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The status for an unknown body encoding.
 const UNSUPPORTED_MEDIA_TYPE: u16 = 415;
+/// A collector's codes for a record whose content no collector takes. Other codes are about a batch's form, of which another
+/// version of the collector may know more.
+const OF_CONTENT: [&str; 3] = ["conflict", "number_too_large", "wrong_value"];
+
 #[derive(Debug)]
 pub(crate) struct Http {
     agent: ureq::Agent,
@@ -76,13 +80,20 @@ impl Http {
         let status = response.status().as_u16();
         let retry_after = response.headers().get("retry-after");
         let retry_after = retry_after.and_then(|value| value.to_str().ok()?.trim().parse().ok());
+        let media_type = response.headers().get("content-type");
+        let is_json =
+            media_type.is_some_and(|kind| kind.as_bytes().starts_with(JSON_TYPE.as_bytes()));
         let answer = response.body_mut().with_config();
         let answer = answer.limit(ANSWER_BYTES_MAX).read_to_vec()?;
         if let (Some((_, said)), 200) = (due, status) {
             *said = Some(now);
         }
         let retry_after = retry_after.map(Duration::from_secs);
-        Ok((status, understand(status, &answer, retry_after)))
+        let code = if is_json { code_of(&answer) } else { None };
+        Ok((
+            status,
+            understand((status, code.as_deref()), &answer, retry_after),
+        ))
     }
 }
 
@@ -121,7 +132,17 @@ fn is_before_sending(error: &ureq::Error) -> bool {
     }
 }
 
-fn understand(status: u16, answer: &[u8], retry_after: Option<Duration>) -> Posted {
+/// The code of a collector's error; `None` for an answer of anything else on the way, for example a proxy.
+fn code_of(answer: &[u8]) -> Option<String> {
+    let answer: serde_json::Value = serde_json::from_slice(answer).ok()?;
+    Some(answer["error"]["code"].as_str()?.to_owned())
+}
+
+fn understand(
+    (status, code): (u16, Option<&str>),
+    answer: &[u8],
+    retry_after: Option<Duration>,
+) -> Posted {
     let said = excerpt(answer);
     match status {
         200 => match Acknowledgement::from_json(answer) {
@@ -132,14 +153,18 @@ fn understand(status: u16, answer: &[u8], retry_after: Option<Duration>) -> Post
                 is_unstored: false,
             },
         },
+        TOO_LARGE => Posted::Refused(status, said),
         // 409: another agent has sent different frames under these names.
-        400 | 409 | 413 | 422 => Posted::Refused(status, said),
+        409 | 422 if code.is_some_and(|code| OF_CONTENT.contains(&code)) => {
+            Posted::Refused(status, said)
+        }
         401 | 403 => Posted::Forbidden(status, said),
         _ => Posted::Later {
             why: format!("status {status}: {said}"),
             retry_after,
             // Collectors answer these before they store anything; of other answers it is unknown.
-            is_unstored: matches!(status, 300..=399 | 404 | 408 | 429 | 503 | 507),
+            is_unstored: matches!(status, 300..=399 | 404 | 408 | 429 | 503 | 507)
+                || matches!(status, 400 | 422) && code.is_some(),
         },
     }
 }
@@ -219,23 +244,34 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_a_permanent_error_counts_as_rejected() {
-        let kind = |status, answer| match understand(status, answer, None) {
+    fn only_a_collectors_word_on_the_content_or_a_size_counts_as_rejected() {
+        let kind = |status, code, answer| match understand((status, code), answer, None) {
             Posted::Durable(_) => "durable",
             Posted::Refused(..) => "refused",
             Posted::Forbidden(..) => "forbidden",
             Posted::Later { .. } => "later",
         };
-        for (statuses, expected) in [
-            (&[400, 409, 413, 422][..], "refused"),
-            (&[201, 301, 404, 408, 429, 500, 503], "later"),
-            (&[401, 403], "forbidden"),
+        for (statuses, code, expected) in [
+            (&[400, 409, 422][..], None, "later"),
+            (&[400, 409, 422], Some("unknown_field"), "later"),
+            (&[409, 422], Some("conflict"), "refused"),
+            (&[409, 422], Some("wrong_value"), "refused"),
+            (&[409, 422], Some("number_too_large"), "refused"),
+            (&[413], None, "refused"),
+            (&[201, 301, 404, 408, 429, 500, 503], None, "later"),
+            (&[401, 403], None, "forbidden"),
         ] {
             for status in statuses {
-                assert_eq!(kind(*status, b""), expected, "{status}");
+                assert_eq!(kind(*status, code, b""), expected, "{status} {code:?}");
             }
         }
-        assert_eq!(kind(200, b"<html>"), "later");
+        assert_eq!(kind(200, None, b"<html>"), "later");
+        let code = |answer: &str| code_of(answer.as_bytes());
+        assert_eq!(
+            code(r#"{"error":{"code":"conflict"}}"#).as_deref(),
+            Some("conflict")
+        );
+        assert_eq!(code(r#"{"error":"no"}"#), None);
     }
 
     #[test]

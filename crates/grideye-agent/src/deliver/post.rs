@@ -20,6 +20,9 @@ pub const HELD_FOR: Duration = Duration::from_secs(600);
 /// The count of forbidden posts of an earlier boot.
 pub const BACKLOG_FORBIDDEN: &str = "backlog-forbidden";
 
+/// The status for a body that is too large.
+pub(super) const TOO_LARGE: u16 = 413;
+
 /// Brings a batch to the collector.
 pub trait Post {
     /// Posts a batch within this time.
@@ -31,7 +34,8 @@ pub trait Post {
 pub enum Posted {
     /// The collector has stored it on disk.
     Durable(Acknowledgement),
-    /// The collector will never accept this body: status 400, 409, 413 or 422, and the start of its answer.
+    /// The collector will never accept one of these records, or anyone on the way accepts no body of this size
+    /// ([`TOO_LARGE`]): the status, and the start of the answer.
     Refused(u16, String),
     /// The collector does not allow this agent to send it and stored nothing: status 401 or 403, and the answer.
     Forbidden(u16, String),

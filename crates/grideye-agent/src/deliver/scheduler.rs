@@ -15,7 +15,7 @@
 
 use super::post::{
     BACK_OFF_MAX, BACK_OFF_MIN, BACKLOG_FORBIDDEN, BACKLOG_RECORDS_MAX, BATCH_RECORDS_MAX,
-    HEARTBEAT_EVERY, HELD_FOR, Post, Posted, RETRY_AFTER_MAX,
+    HEARTBEAT_EVERY, HELD_FOR, Post, Posted, RETRY_AFTER_MAX, TOO_LARGE,
 };
 use crate::batch::{Batch, Item, Lane, is_durable};
 use crate::log::Log;
@@ -326,6 +326,10 @@ impl<P: Post> Scheduler<P> {
                     self.told(&batch.boot);
                 }
                 self.failed(lane, &format!("status {status}: {said}"), None, false);
+            }
+            [_] if status == TOO_LARGE => {
+                self.begun.clear();
+                self.failed(lane, &format!("status {status}: {said}"), None, true);
             }
             [item] => {
                 let kept = self.drop_refused(item, status);

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 
 /// The folder within a spool for data that is unusable but worth keeping.
 pub const QUARANTINE: &str = "quarantine";
+/// How the names of its files begin that hold records which the collector rejected, a line of JSON each.
+pub const REFUSED: &str = "refused-";
 /// The file that is locked while an agent uses the folder.
 pub const LOCK: &str = "lock";
 
@@ -146,7 +148,9 @@ impl Folder {
     }
 
     fn appendable(&mut self, name: &str) -> io::Result<&mut File> {
-        if self.open.as_ref().is_none_or(|(open, _)| open != name) {
+        // `resend` may have renamed a file in quarantine.
+        let is_open = |(open, _): &(String, File)| open == name && !name.starts_with(QUARANTINE);
+        if !self.open.as_ref().is_some_and(is_open) {
             let mut options = OpenOptions::new();
             let file = options.create(true).append(true).open(self.path.join(name));
             self.open = Some((name.to_owned(), file?));

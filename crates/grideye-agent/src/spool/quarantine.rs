@@ -1,6 +1,6 @@
 //! Quarantine: records that the collector rejects, and unreadable segments.
 
-use super::disk::QUARANTINE;
+use super::disk::{QUARANTINE, REFUSED};
 use super::index::Spool;
 use super::limits::{QUARANTINE_BYTES_MAX, SPOOL_DAMAGED};
 use super::name::name_of;
@@ -19,7 +19,7 @@ impl Spool {
         let line = batch.to_wire(&BTreeMap::new()).to_json();
         let mut line = line.map_err(io::Error::other)?;
         line.push(b'\n');
-        let name = format!("{QUARANTINE}/refused-{boot}.jsonl");
+        let name = format!("{QUARANTINE}/{REFUSED}{boot}.jsonl");
         self.check_quarantine_room(line.len())?;
         self.disk.append(&name, &line)?;
         self.disk.sync(&name)?;

@@ -124,6 +124,18 @@ fn a_collector_that_does_not_know_the_compact_body_gets_json() {
 }
 
 #[test]
+fn the_error_page_of_a_proxy_costs_no_frame() {
+    let errors = [400, 409, 422, 413].map(Conduct::Status);
+    let collector = Collector::start([&errors[..], &[Conduct::Store]].concat());
+    let (_host, agent) = read_all(&collector, 10_000, Log::silent());
+    assert!(agent.wait_finished(WAIT_MAX));
+    let summary = agent.stop(WAIT_MAX);
+    assert_balanced(&summary, &collector);
+    assert!(summary.is_complete(), "{summary}");
+    assert_eq!(collector.records(SENSOR).len(), 450);
+}
+
+#[test]
 fn a_permanently_rejected_record_is_set_aside_and_the_rest_goes_on() {
     let collector = Collector::start(vec![Conduct::RefuseSeq(123)]);
     let (_host, agent) = read_all(&collector, 10_000, Log::silent());

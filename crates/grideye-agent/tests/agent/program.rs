@@ -1,7 +1,9 @@
 //! The program itself: exit codes, messages, signals and memory.
 
 use crate::patience::wait_for;
+use crate::spool::record;
 use crate::support::*;
+use grideye_recording::wire;
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::BufRead as _;
 use std::process::{Command, Output, Stdio};
@@ -222,4 +224,90 @@ fn a_running_agent_is_small_and_ends_on_a_signal_with_its_account() {
         store.batches.first().unwrap().boot,
         store.batches.last().unwrap().boot
     );
+}
+
+/// A record in a batch of its own, as quarantine has it.
+fn line(seq: u64) -> String {
+    let part = wire::SensorBatch {
+        sensor: "s".to_owned(),
+        account: None,
+        frames: vec![record(seq)],
+    };
+    let batch = wire::Batch {
+        device: "pi".to_owned(),
+        boot: "b1".to_owned(),
+        t_sent_boot_ns: None,
+        sensors: vec![part],
+    };
+    String::from_utf8(batch.to_json().unwrap()).unwrap()
+}
+
+#[test]
+fn rejected_records_are_sent_again_and_those_that_are_rejected_again_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let quarantine = folder.path().join("quarantine");
+    std::fs::create_dir(&quarantine).unwrap();
+    let file = quarantine.join("refused-b1.jsonl");
+    // The last line was cut short by a power cut.
+    let cut = &line(8)[..40];
+    std::fs::write(
+        &file,
+        [&line(5), &line(6), &line(7), cut]
+            .map(|line| format!("{line}\n"))
+            .concat(),
+    )
+    .unwrap();
+    std::fs::write(quarantine.join("segment-0000000000000001"), b"damaged").unwrap();
+    let sent_to = |collector: &str, code: i32, said: &str| {
+        let config = configuration(&NO_BUS.replace(
+            "http://127.0.0.1:9\"",
+            &format!(
+                "{collector}\"\n[spool]\nmode = \"outage\"\nfolder = \"{}\"",
+                folder.path().display()
+            ),
+        ));
+        assert_ends(
+            &["resend", "--config", config.path().to_str().unwrap()],
+            code,
+            said,
+        );
+    };
+    let refusing = Collector::start(vec![Conduct::RefuseSeq(6)]);
+    sent_to(
+        &refusing.url,
+        1,
+        "2 records sent again and taken, 2 left in ",
+    );
+    let stored: Vec<u64> = refusing
+        .records("s")
+        .iter()
+        .map(|record| record.seq)
+        .collect();
+    assert_eq!(stored, [5, 7]);
+    assert_eq!(
+        std::fs::read_to_string(&file).unwrap(),
+        format!("{}\n{cut}\n", line(6))
+    );
+    // Nobody there: everything stays.
+    sent_to("http://127.0.0.1:9", 1, "error: ");
+    // A proxy: everything stays too.
+    sent_to(
+        &Collector::start(vec![Conduct::Babble]).url,
+        1,
+        "0 records sent again and taken, 2 left",
+    );
+    assert_eq!(
+        std::fs::read_to_string(&file).unwrap(),
+        format!("{}\n{cut}\n", line(6))
+    );
+    std::fs::write(&file, line(6)).unwrap();
+    sent_to(
+        &Collector::storing().url,
+        0,
+        "1 records sent again and taken, 0 left in ",
+    );
+    let left = std::fs::read_dir(&quarantine)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name());
+    assert_eq!(left.collect::<Vec<_>>(), ["segment-0000000000000001"]);
 }

@@ -6,6 +6,10 @@ use grideye_recording::wire::{Account, LOST_IN_MEMORY};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
+/// How an agent's reasons begin for dropping frames that it keeps in quarantine: rejected ones, which `grideye-agent resend`
+/// sends again, and those on a disk that could not be read, and may be readable later.
+const IN_QUARANTINE: [&str; 2] = ["refused-", "spool-damaged"];
+
 pub(crate) fn to_json(account: &Account) -> Value {
     json!({
         "read": account.read,
@@ -48,12 +52,32 @@ pub(crate) fn of_ended_run(
     let left_before = known.filter(|known| known.ended).map(|known| known.spooled);
     let left = left_by_sent.into_iter().chain(left_before);
     merged.spooled = left.min().unwrap_or(0);
+    take_back(&mut merged, stored, 0);
     let elsewhere = [stored, dropped(&merged), merged.spooled];
     let lost = elsewhere.into_iter().fold(merged.read, u64::saturating_sub);
     if lost > 0 {
         merged.dropped.insert(LOST_IN_MEMORY.to_owned(), lost);
     }
     merged
+}
+
+/// Frames that came out of quarantine, and are stored now, are no longer dropped. `came` frames of those that the agent
+/// counts as spooled have arrived.
+pub(super) fn take_back(account: &mut Account, stored: u64, came: u64) {
+    if account.dropped.is_empty() {
+        return;
+    }
+    let spooled = account.spooled.saturating_sub(came);
+    let elsewhere = [dropped(account), spooled];
+    let elsewhere = elsewhere.into_iter().fold(stored, u64::saturating_add);
+    let mut surplus = elsewhere.saturating_sub(account.read);
+    account.dropped.retain(|reason, count| {
+        if IN_QUARANTINE.iter().any(|kept| reason.starts_with(kept)) {
+            let taken = surplus.min(*count);
+            (*count, surplus) = (*count - taken, surplus - taken);
+        }
+        *count > 0
+    });
 }
 
 /// Frames that the agent dropped, over all reasons.
@@ -106,6 +130,28 @@ mod tests {
         let late = of_ended_run(Some(&second), Some(&last), 81, 1);
         assert_eq!((late.spooled, late.dropped[LOST_IN_MEMORY]), (0, 14));
         assert!(late.ended);
+    }
+
+    #[test]
+    fn rejected_frames_that_come_after_all_are_no_longer_dropped() {
+        let of = |rejected: u64| Account {
+            dropped: [("refused-409".to_owned(), rejected)].into(),
+            ..account(100, 0, 10, false)
+        };
+        let taken_back = |rejected, stored, came| {
+            let mut account = of(rejected);
+            take_back(&mut account, stored, came);
+            account.dropped.get("refused-409").copied()
+        };
+        assert_eq!(taken_back(20, 70, 0), Some(20));
+        assert_eq!(taken_back(20, 75, 0), Some(15));
+        assert_eq!(taken_back(20, 90, 0), None);
+        assert_eq!(taken_back(20, 80, 10), Some(20));
+        let ended = of_ended_run(Some(&of(20)), None, 95, 0);
+        assert_eq!(
+            (ended.dropped, ended.spooled),
+            ([("refused-409".to_owned(), 5)].into(), 0)
+        );
     }
 
     #[test]

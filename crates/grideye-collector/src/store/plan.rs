@@ -283,12 +283,13 @@ fn take_account(state: &mut StreamState, part: &SensorBatch) -> Result<()> {
         if state.account_read.is_none_or(|known| known <= read) {
             state.account = Some(account.clone());
             state.account_read = Some(read);
-            state.came_since_account = came;
-            return Ok(());
+            state.came_since_account = 0;
         }
     }
-    if state.account.is_some() {
+    if let Some(account) = &mut state.account {
         state.came_since_account += came;
+        let stored = unsigned("stored", state.stored)?;
+        account::take_back(account, stored, state.came_since_account.unsigned_abs());
     }
     Ok(())
 }

@@ -137,7 +137,13 @@ fn act(conduct: Conduct, batch: Batch, store: &mut Store) -> Option<Vec<u8>> {
     };
     match conduct {
         Conduct::RefuseSeq(seq) if holds(seq) => {
-            Some(response("422 Unprocessable", "", b"{\"error\":\"no\"}"))
+            let body =
+                br#"{"error":{"code":"wrong_value","message":"no","field":null,"hint":null}}"#;
+            Some(response(
+                "422 Unprocessable",
+                "content-type: application/json\r\n",
+                body,
+            ))
         }
         Conduct::Store | Conduct::RefuseSeq(_) => Some(response("200 OK", "", &keep(batch, store))),
         Conduct::StoreAndHangUp => {
