@@ -6,7 +6,7 @@ use crate::config::SpoolMode;
 use crate::limits::{LIVE_FOR, LOOK_EVERY, SYNC_MAX};
 use crate::log::Log;
 use crate::queue::Shared;
-use crate::spool::{FolderError, SPOOL_FULL, Spool};
+use crate::spool::{FolderError, READS_MAX, SPOOL_FULL, Spool};
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,6 +20,9 @@ pub const DISK_RETRY: Duration = Duration::from_secs(5);
 /// The pause before another attempt to open the spool.
 pub const OPEN_RETRY: Duration = Duration::from_secs(60);
 
+/// How often to look whether what waits on the disk can be read.
+const LOOK_AT_DISK_EVERY: Duration = Duration::from_secs(10);
+
 /// Time for other threads to lock the spool when the disk takes longer than the interval between looks.
 const BREATH: Duration = Duration::from_millis(10);
 /// Writes the spool of a running agent.
@@ -28,6 +31,7 @@ pub struct Spooler {
     mode: SpoolMode,
     log: Log,
     retry_at: Duration,
+    look_at: Duration,
     said: Option<String>,
     synced_at: Option<Duration>,
     slowest: Duration,
@@ -46,6 +50,7 @@ impl Spooler {
             mode,
             log,
             retry_at: Duration::ZERO,
+            look_at: Duration::ZERO,
             said: None,
             synced_at: None,
             slowest: SYNC_MAX,
@@ -125,6 +130,10 @@ impl Spooler {
             self.write(spool, now, older_than);
         }
         spool.recover();
+        if now >= self.look_at {
+            self.look_at = now + LOOK_AT_DISK_EVERY;
+            spool.look();
+        }
         self.reconcile(spool, &[]);
         self.clear_up(spool, now);
     }
@@ -237,6 +246,9 @@ impl Spooler {
         let rounds = shared.with_ring(|ring| ring.len()) / (WRITES_MAX * WRITE_RECORDS_MAX);
         for _ in 0..=rounds {
             self.write(spool, now, Duration::ZERO);
+        }
+        for _ in 0..READS_MAX {
+            spool.look();
         }
         self.reconcile(spool, &[]);
         let accounts = shared.with_ring(|ring| {

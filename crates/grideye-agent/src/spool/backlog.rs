@@ -108,6 +108,25 @@ impl Spool {
         Ok(segment.items(number, &bytes, records_max, before))
     }
 
+    /// Looks whether every segment can be read, so that a loss is counted before its turn to be sent: after [`READS_MAX`] of
+    /// these looks, if none succeeds.
+    pub fn look(&mut self) {
+        let ends = self
+            .segments
+            .iter()
+            .map(|(number, segment)| (*number, segment.end));
+        for (number, end) in Vec::from_iter(ends) {
+            let found = self.disk.read(&name_of(number), end.saturating_sub(1), 1);
+            match (found, self.segments.get_mut(&number)) {
+                (Ok(_), Some(segment)) => segment.failed_reads = 0,
+                (Err(error), Some(_)) if !self.unread.contains(&number) => {
+                    self.failed_read(number, &error);
+                }
+                _ => {}
+            }
+        }
+    }
+
     fn failed_read(&mut self, number: u64, error: &io::Error) {
         let Some(segment) = self.segments.get_mut(&number) else {
             return;

@@ -11,7 +11,7 @@ use grideye_agent::deliver::{
 use grideye_agent::log::Log;
 use grideye_agent::queue::Ring;
 use grideye_agent::queue::Shared;
-use grideye_agent::spool::{Limits, SPOOL_FULL, Spool};
+use grideye_agent::spool::{Disk as _, Limits, SPOOL_DAMAGED, SPOOL_FULL, Spool};
 use grideye_recording::wire::{Acknowledgement, Batch, Gap};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
@@ -338,6 +338,45 @@ fn days_without_a_collector_arrive_once_in_order_while_the_live_frames_go_first(
     assert!(seconds >= hours * 3600 / 100, "{seconds}");
     let left = agent.shared.spool().as_ref().unwrap().bytes();
     assert_eq!(left, 0, "nothing is left on the disk");
+}
+
+#[test]
+fn frames_on_a_disk_that_cannot_be_read_are_counted_while_the_collector_is_away_and_when_the_agent_ends()
+ {
+    let mode = SpoolMode::Outage {
+        after: Duration::from_secs(10),
+    };
+    for is_running in [true, false] {
+        let mut agent = Agent::new(mode, Limits::new(1 << 30, 0), 1);
+        agent.with_books(|books| books.is_away = true);
+        agent.run(60);
+        let waited = agent.shared.spool().as_ref().unwrap().waiting_frames().0;
+        assert!(waited > 300, "{waited}");
+        agent.disk.fail(Some(Failure::Io));
+        // Shorter than a disk may be away for.
+        agent.run(if is_running { 40 } else { 5 });
+        agent.disk.fail(None);
+        if !is_running {
+            let account = agent
+                .shared
+                .with_ring(|ring| ring.accounts())
+                .remove(SENSOR)
+                .unwrap();
+            assert_eq!(account.dropped, BTreeMap::new());
+            agent.disk.remove("segment-0000000000000001").unwrap();
+            agent.spooler.finish(agent.time.now());
+        }
+        let account = agent
+            .shared
+            .with_ring(|ring| ring.accounts())
+            .remove(SENSOR)
+            .unwrap();
+        assert!(account.dropped[SPOOL_DAMAGED] >= waited, "{account:?}");
+        assert_eq!(
+            account.read,
+            account.spooled + account.dropped[SPOOL_DAMAGED]
+        );
+    }
 }
 
 #[test]
