@@ -29,6 +29,8 @@ pub(crate) struct Agents {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Said {
     pub(crate) program: Option<String>,
+    /// The boot whose predecessors were settled.
+    pub(crate) settled: Option<String>,
     pub(crate) configuration: Option<Configuration>,
 }
 
@@ -79,6 +81,26 @@ impl Agents {
         }
         if configuration.is_some() {
             said.configuration = configuration;
+        }
+    }
+
+    /// Whether earlier boots of the device may still have to be ended, because its agent, in this boot, keeps nothing on a
+    /// disk. Asked with each configuration, once a minute.
+    pub(crate) fn leaves_nothing(&self, device: &str, boot: &str, headers: &HeaderMap) -> bool {
+        let said = headers
+            .contains_key(CONFIGURATION_HEADER)
+            .then(|| self.of(device));
+        said.is_some_and(|said| {
+            let set_up = said.configuration.as_ref();
+            set_up.is_some_and(|set_up| set_up.spool == "ram")
+                && said.settled.as_deref() != Some(boot)
+        })
+    }
+
+    /// Notes that all boots before this one are ended.
+    pub(crate) fn settled(&self, device: &str, boot: &str) {
+        if let Some(said) = lock(&self.by_device).get_mut(device) {
+            said.settled = Some(boot.to_owned());
         }
     }
 

@@ -163,6 +163,7 @@ mod tests {
                 "sensors": {"x": {"part": "AMG8833", "rate_hz": 10, "moving_average": false}},
             }))
             .unwrap(),
+            ..Said::default()
         };
         let json = device_json("d", &[older, sensor("x", 0.5, "synced", 1)], &said);
         for (key, expected) in [

@@ -15,8 +15,11 @@ use axum::body::Body;
 use axum::extract::Request;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse as _, Response};
-use grideye_recording::wire::{BINARY_TYPE, Batch, WireError};
+use grideye_recording::wire::{Account, BINARY_TYPE, Batch, SensorBatch, WireError};
 use std::sync::Arc;
+
+/// A boot that sent no frame for this long is over, if its agent has begun another.
+const SILENT_NS: u64 = 30_000_000_000;
 
 pub(crate) async fn frames(
     state: &AppState,
@@ -75,8 +78,54 @@ async fn take(
     })?;
     count(&shared.counters, &batch, &appended);
     shared.agents.heard(&batch.device, headers);
+    if shared
+        .agents
+        .leaves_nothing(&batch.device, &batch.boot, headers)
+    {
+        tokio::spawn(end_boots_before(
+            state.clone(),
+            Arc::clone(&batch),
+            t_arrival_ns,
+        ));
+    }
     shared.live.take(&batch, appended, t_arrival_ns);
     Ok(answer)
+}
+
+/// Ends the earlier boots of an agent without a disk, once they are silent: what they held in memory is lost. An agent with
+/// a disk reports for them itself.
+async fn end_boots_before(state: AppState, batch: Arc<Batch>, now_ns: i64) {
+    let (agents, store) = (&state.0.agents, state.store());
+    let Ok(streams) = store.streams().await else {
+        return;
+    };
+    let mut is_done = true;
+    for stream in streams {
+        let account = stream.account.as_ref();
+        let is_earlier = stream.id.device == batch.device && stream.id.boot != batch.boot;
+        if !is_earlier || account.is_none_or(|account| account.ended) {
+            continue;
+        }
+        let end = Account {
+            ended: true,
+            ..Account::default()
+        };
+        let end = Batch {
+            device: stream.id.device.clone(),
+            boot: stream.id.boot.clone(),
+            t_sent_boot_ns: None,
+            sensors: vec![SensorBatch {
+                sensor: stream.id.sensor.clone(),
+                account: Some(end),
+                frames: Vec::new(),
+            }],
+        };
+        is_done &= now_ns.abs_diff(stream.t_last_arrival_ns) >= SILENT_NS
+            && store.append(Arc::new(end), now_ns).await.is_ok();
+    }
+    if is_done {
+        agents.settled(&batch.device, &batch.boot);
+    }
 }
 
 fn count(counters: &Counters, batch: &Batch, appended: &Appended) {

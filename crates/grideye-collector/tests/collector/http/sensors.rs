@@ -103,6 +103,62 @@ async fn a_device_is_shown_with_its_agents_configuration() {
 }
 
 #[tokio::test]
+async fn what_a_killed_agent_without_a_disk_held_is_lost_once_it_is_silent_and_has_begun_another_boot()
+ {
+    let server = Server::new().await;
+    let of_boot = |boot: &str, batch: Batch| Batch {
+        boot: boot.to_owned(),
+        ..batch
+    };
+    let post = async |batch: Batch, spool: &str| {
+        let set_up =
+            json!({ "post_every_ms": 500, "ring_frames": 100, "spool": spool, "sensors": {} });
+        let body = batch.to_json().unwrap().into();
+        let mut post = request(Method::POST, "/v1/frames", body);
+        let set_up = set_up.to_string().parse().unwrap();
+        post.headers_mut().insert("grideye-configuration", set_up);
+        assert_eq!(server.send(post).await.status, 200);
+    };
+    let first = async || {
+        // What follows an answer runs beside it.
+        tokio::time::sleep(Duration::from_millis(100)).await;
+        server.get("/v1/audit").await.json()["streams"][0].clone()
+    };
+    server.clock.pass(Duration::from_secs(1000));
+    post(of_boot("b1", counted(0..10, account(15, 0, 15))), "ram").await;
+    server.clock.pass(Duration::from_secs(5));
+    post(of_boot("b2", counted(0..1, account(1, 0, 1))), "ram").await;
+    assert_eq!(
+        first().await["spooled"],
+        5,
+        "its last frames may be on the way"
+    );
+    server.clock.pass(Duration::from_secs(60));
+    post(of_boot("b2", counted(1..2, account(2, 0, 1))), "outage").await;
+    assert_eq!(
+        first().await["spooled"],
+        5,
+        "an agent with a disk reports itself"
+    );
+    post(of_boot("b2", counted(2..3, account(3, 0, 1))), "ram").await;
+    let settled = first().await;
+    assert_eq!(
+        (
+            &settled["spooled"],
+            &settled["dropped"],
+            &settled["balanced"]
+        ),
+        (&json!(0), &json!({ "lost-in-memory": 5 }), &json!(true)),
+        "{settled}"
+    );
+    let second = server.get("/v1/audit").await.json()["streams"][1].clone();
+    assert_eq!(
+        (&second["boot"], &second["dropped"]),
+        (&json!("b2"), &json!({}))
+    );
+}
+
+#[tokio::test]
 async fn the_age_comes_from_the_best_available_clock() {
     let server = Server::new().await;
     // A wall clock that was set: the frame's time is START + seq x 0.1 s.
