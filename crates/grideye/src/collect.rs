@@ -62,6 +62,7 @@ fn config(options: &Collect) -> Result<Config> {
     }
     let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
     config.network_trusted = options.trust_network;
+    config.tokens_forgotten = options.forget_tokens;
     config.trusted_proxies.clone_from(&options.trusted_proxies);
     config.host_names = options.host_names.clone();
     config.access = Some(AccessFolder::new(&options.folder.path));
@@ -102,6 +103,7 @@ fn tls(options: &Collect) -> Option<Tls> {
 fn told(error: CollectorError) -> anyhow::Error {
     match error {
         CollectorError::NoTokens { .. }
+        | CollectorError::TokensGone(_)
         | CollectorError::NoTls { .. }
         | CollectorError::NoAuthority
         | CollectorError::TlsFile { .. } => bad_input(error),

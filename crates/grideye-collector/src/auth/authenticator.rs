@@ -82,6 +82,12 @@ impl Authenticator {
         !self.look(now).1
     }
 
+    /// The same, and rereads the list now.
+    pub(crate) fn asks_for_tokens_now(&self, now: Duration) -> bool {
+        self.look_again(now);
+        self.asks_for_tokens(now)
+    }
+
     pub(crate) fn fault(&self) -> Option<String> {
         lock(&self.known).fault.clone()
     }

@@ -9,12 +9,16 @@ use grideye_recording::whole::replace_private;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io::{self, Read as _};
-use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _};
+use std::os::unix::fs::{
+    DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _, PermissionsExt as _,
+};
 use std::path::{Path, PathBuf};
 
 const TOKENS: &str = "tokens.json";
 const SESSION_KEY: &str = "session.key";
 const AUTHORITY_CERTIFICATE: &str = "authority.pem";
+/// The certificate until its key is on the disk.
+const AUTHORITY_DRAFT: &str = "authority.pem.new";
 const AUTHORITY_KEY: &str = "authority.key";
 const ADDRESS: &str = "address";
 const LOCK: &str = "lock";
@@ -48,10 +52,23 @@ impl AccessFolder {
     /// The folder at this path, which need not exist.
     #[must_use]
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self { path: path.into() }
+        let path = path.into();
+        let absolute = std::path::absolute(&path);
+        Self {
+            path: absolute.unwrap_or(path),
+        }
     }
 
-    /// The folder itself.
+    /// The files that hold secrets and that other users may read.
+    pub(crate) fn exposed(&self) -> Vec<PathBuf> {
+        let files = [TOKENS, SESSION_KEY, AUTHORITY_KEY].map(|name| self.file(name));
+        let is_exposed = |path: &PathBuf| {
+            fs::metadata(path).is_ok_and(|found| found.permissions().mode() & 0o077 != 0)
+        };
+        files.into_iter().filter(is_exposed).collect()
+    }
+
+    /// The folder itself, as an absolute path.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -92,6 +109,7 @@ impl AccessFolder {
     pub fn authority(&self) -> Result<Authority> {
         let _lock = self.lock()?;
         let (certificate, key) = (self.file(AUTHORITY_CERTIFICATE), self.file(AUTHORITY_KEY));
+        let draft = self.file(AUTHORITY_DRAFT);
         match (read(&certificate)?, read(&key)?) {
             (Some(certificate_pem), Some(key_pem)) => {
                 Authority::from_pem(&certificate_pem, &key_pem)
@@ -99,16 +117,21 @@ impl AccessFolder {
             }
             (None, None) => {
                 let made = Authority::new()?;
+                self.write(AUTHORITY_DRAFT, made.certificate_pem().as_bytes())?;
                 self.write(AUTHORITY_KEY, made.key_pem().as_bytes())?;
-                self.write(AUTHORITY_CERTIFICATE, made.certificate_pem().as_bytes())?;
+                fs::rename(&draft, &certificate).map_err(AccessError::file(&certificate))?;
                 Ok(made)
             }
             (Some(_), None) => Err(AccessError::malformed(&key, "the authority's key is gone")),
-            // The key is written first: after a power cut it may be alone, but it has signed nothing yet.
-            (None, Some(_)) => {
-                fs::remove_file(&key).map_err(AccessError::file(&key))?;
+            // A power cut came before the certificate got its name.
+            (None, Some(_)) if draft.exists() => {
+                fs::rename(&draft, &certificate).map_err(AccessError::file(&certificate))?;
                 drop(_lock);
                 self.authority()
+            }
+            (None, Some(_)) => {
+                let what = "the authority's certificate is gone, and agents trust no other one";
+                Err(AccessError::malformed(&certificate, what))
             }
         }
     }
@@ -234,7 +257,6 @@ fn read(path: &Path) -> Result<Option<Vec<u8>>> {
 mod tests {
     use super::*;
     use crate::auth::token::Scope;
-    use std::os::unix::fs::PermissionsExt as _;
 
     fn folder() -> (tempfile::TempDir, AccessFolder) {
         let around = tempfile::tempdir().unwrap();
@@ -279,12 +301,30 @@ mod tests {
         assert_eq!(folder.session_key().unwrap(), folder.session_key().unwrap());
         let first = folder.authority().unwrap();
         assert_eq!(folder.authority().unwrap().pin(), first.pin());
-        // A power cut may leave only the key: both are created again.
-        fs::remove_file(folder.file(AUTHORITY_CERTIFICATE)).unwrap();
-        assert!(folder.authority().is_ok());
-        fs::remove_file(folder.file(AUTHORITY_KEY)).unwrap();
-        let error = folder.authority().err().unwrap().to_string();
-        let said = "authority.key: the authority's key is gone";
-        assert!(error.contains(said), "{error}");
+        // A power cut may come before the certificate gets its name, or before there is a key.
+        let (certificate, draft) = (
+            folder.file(AUTHORITY_CERTIFICATE),
+            folder.file(AUTHORITY_DRAFT),
+        );
+        fs::rename(&certificate, &draft).unwrap();
+        assert_eq!(folder.authority().unwrap().pin(), first.pin());
+        let lost = |file: &Path, said: &str| {
+            let kept = fs::read(file).unwrap();
+            fs::remove_file(file).unwrap();
+            let error = folder.authority().err().unwrap().to_string();
+            assert!(error.contains(said), "{error}");
+            fs::write(file, kept).unwrap();
+        };
+        lost(
+            &certificate,
+            "authority.pem: the authority's certificate is gone",
+        );
+        lost(
+            &folder.file(AUTHORITY_KEY),
+            "authority.key: the authority's key is gone",
+        );
+        assert_eq!(folder.authority().unwrap().pin(), first.pin());
+        // The last two writes left files that others may read.
+        assert_eq!(folder.exposed(), [folder.file(AUTHORITY_KEY)]);
     }
 }

@@ -1,6 +1,6 @@
 //! [`Collector`]: binds the address, opens the store, accepts connections, and closes both in order.
 
-use crate::auth::Authenticator;
+use crate::auth::{AccessFolder, Authenticator};
 use crate::clock::Clock;
 use crate::connections::Connections;
 use crate::counters::Counters;
@@ -77,13 +77,25 @@ impl Collector {
             let path = PathBuf::from(config.store.to_string());
             CollectorError::Store { path, reason }
         })?;
+        check_tokens(&config, &state, asks_for_tokens).await?;
+        for path in config.access.iter().flat_map(AccessFolder::exposed) {
+            let hint = format!("chmod 600 {}", path.display());
+            config.log.say(
+                &LogEvent::new(Level::Warning, "readable_by_others")
+                    .with("file", path.display())
+                    .with("hint", hint),
+            );
+        }
+        let access = config.access.as_ref();
+        let access = access.map_or("-".to_owned(), |access| access.path().display().to_string());
         let pin = acceptors.as_ref().and_then(Acceptors::pin);
         config.log.say(
             &LogEvent::new(Level::Info, "listening")
                 .with("address", local_addr)
                 .with("tls", acceptors.is_some())
                 .with("authority", pin.unwrap_or_else(|| "-".to_owned()))
-                .with("asks_for_tokens", asks_for_tokens),
+                .with("asks_for_tokens", asks_for_tokens)
+                .with("access", access),
         );
         Ok(Self {
             listener,
@@ -153,6 +165,11 @@ impl Collector {
         // Requests that do not finish in time are aborted when the set is shut down.
         let _ = tokio::time::timeout(server.limits.shutdown_time_max, finished).await;
         connections.shutdown().await;
+        let now = self.state.clock().monotonic();
+        if self.state.0.authenticator.asks_for_tokens_now(now) {
+            // Tokens may have been made meanwhile.
+            let _ = self.state.store().asked_for_tokens(true).await;
+        }
         let closed = self.state.store().close().await;
         self.log.say(&LogEvent::new(Level::Info, "stopped"));
         closed.map_err(CollectorError::Close)
@@ -200,6 +217,27 @@ fn check_exposure(config: &Config, asks_for_tokens: bool) -> Result<(), Collecto
         Some(_) => Ok(()),
         None => Err(CollectorError::NoTls(address)),
     }
+}
+
+/// Refuses to admit everyone to a store that was used with tokens, unless the user said so.
+async fn check_tokens(
+    config: &Config,
+    state: &AppState,
+    is_asking: bool,
+) -> Result<(), CollectorError> {
+    let asked_before = state.store().asked_for_tokens(is_asking).await;
+    let refused = match (&config.access, asked_before) {
+        (Some(access), Ok(true)) if !is_asking && !config.tokens_forgotten => {
+            CollectorError::TokensGone(access.path().to_owned())
+        }
+        (Some(_), Err(reason)) if !is_asking => CollectorError::Store {
+            path: PathBuf::from(config.store.to_string()),
+            reason,
+        },
+        _ => return Ok(()),
+    };
+    state.store().close().await.map_err(CollectorError::Close)?;
+    Err(refused)
 }
 
 async fn open(config: &Config, options: Options) -> Result<AppState, crate::store::StoreError> {

@@ -44,6 +44,9 @@ pub struct Config {
     pub tls: Option<Tls>,
     /// Allows listening on a network without a token or TLS. Existing tokens are still required.
     pub network_trusted: bool,
+    /// Starts although the store was used with tokens and there are none now: anyone who reaches the address may then do
+    /// everything.
+    pub tokens_forgotten: bool,
     /// Proxies whose `x-forwarded-for` counts as the sender's address; from others that header is ignored.
     pub trusted_proxies: Vec<IpAddr>,
     /// Where events are logged.
@@ -65,6 +68,7 @@ impl Config {
             access: None,
             tls: None,
             network_trusted: false,
+            tokens_forgotten: false,
             trusted_proxies: Vec::new(),
             log: Log::silent(),
             annexes: Vec::new(),

@@ -27,6 +27,11 @@ pub enum CollectorError {
         "refusing to listen on {0}: every machine that reaches it could read frames and post some\nhint: create a token for each device (`grideye enroll DEVICE`) and start again, then tokens are required and TLS is on; or let everyone on this network do everything (`--trust-network`)"
     )]
     NoTokens(SocketAddr),
+    /// The store was used with tokens, and the folder has none.
+    #[error(
+        "{} has no tokens, and this store was used with some: everyone who reaches the collector could do everything\nhint: name the folder that has them (`--access DIR`) or restore its tokens.json; to go on without tokens, `--forget-tokens`", .0.display()
+    )]
+    TokensGone(PathBuf),
     /// Other machines can reach the address, and TLS is off.
     #[error(
         "refusing to listen on {0} without TLS: tokens would travel in the clear\nhint: remove `--plain-http`, or declare that nobody listens on this network (`--trust-network`)"

@@ -63,6 +63,12 @@ pub trait FrameStore: Send + Sync + 'static {
         self.queue().change(remove)
     }
 
+    /// Whether a collector ever asked for tokens with this store; from now on one did, if `is_asking`.
+    fn asked_for_tokens(&self, is_asking: bool) -> Answer<'_, bool> {
+        self.queue()
+            .change(|reply| Change::AskForTokens(is_asking, reply))
+    }
+
     /// Every recording, newest first.
     fn recordings(&self) -> Answer<'_, Vec<Recording>>;
 

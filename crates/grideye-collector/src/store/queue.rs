@@ -28,6 +28,7 @@ pub(super) enum Change {
     Note(RecordingId, String, Reply<Recording>),
     AddLabel(RecordingId, Label, Reply<KeptLabel>),
     RemoveLabel(RecordingId, i64, Reply<()>),
+    AskForTokens(bool, Reply<bool>),
     /// Ends the epoch, so that readers share an end; answers with the ended epoch's number.
     EndEpoch(Reply<i64>),
     /// Makes every acknowledged frame visible to later reads.

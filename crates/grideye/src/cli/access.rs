@@ -62,6 +62,11 @@ pub(crate) struct Collect {
     /// Until the first token is made, everyone who reaches the address has access.
     #[arg(long)]
     pub(crate) trust_network: bool,
+    /// Start although the store was used with tokens and there are none.
+    ///
+    /// Everyone who reaches the address then has access.
+    #[arg(long, hide_short_help = true, help_heading = SECURITY)]
+    pub(crate) forget_tokens: bool,
 
     /// Host name for the certificate, such as pc.local; repeatable.
     ///

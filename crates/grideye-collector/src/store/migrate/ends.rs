@@ -170,8 +170,12 @@ const OF_STREAMS: [(&str, &str); 3] = [
     ),
 ];
 
-/// The same for the tables of recordings.
-const OF_RECORDINGS: [(&str, &str); 3] = [
+/// The same for the tables of recordings, and what is known of the store.
+const OF_RECORDINGS: [(&str, &str); 4] = [
+    (
+        "SELECT json_group_array(json_object('fact', fact)) FROM facts",
+        "INSERT INTO grideye.facts SELECT * FROM json_populate_recordset(NULL::grideye.facts, $1::TEXT::JSON)",
+    ),
     (
         "SELECT json_group_array(json_object('id', id, 'name', name, 't_start_ns', t_start_ns, 't_stop_ns', t_stop_ns,
              'after_epoch', after_epoch, 'through_epoch', through_epoch)) FROM recordings",

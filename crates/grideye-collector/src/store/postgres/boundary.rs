@@ -134,6 +134,16 @@ pub(super) async fn add_label(
     session.transact(work).await
 }
 
+/// Whether a collector ever asked for tokens with this store; from now on one did, if `is_asking`.
+pub(super) async fn ask_for_tokens(session: &Session, is_asking: bool) -> Result<bool> {
+    if is_asking {
+        let sql = "INSERT INTO grideye.facts VALUES ('asked for tokens') ON CONFLICT DO NOTHING";
+        session.execute(sql, &[]).await?;
+    }
+    let sql = "SELECT fact FROM grideye.facts WHERE fact = 'asked for tokens'";
+    Ok(!session.query(sql, &[]).await?.is_empty())
+}
+
 pub(super) async fn remove_label(session: &Session, id: RecordingId, number: i64) -> Result<()> {
     read::recording(session, id).await?;
     let sql = "DELETE FROM grideye.labels WHERE recording = $1 AND number = $2";

@@ -108,6 +108,9 @@ impl Writer {
             Change::RemoveLabel(id, number, reply) => {
                 answer(reply, revived, boundary::remove_label(session, id, number)).await;
             }
+            Change::AskForTokens(is_asking, reply) => {
+                answer(reply, revived, boundary::ask_for_tokens(session, is_asking)).await;
+            }
             Change::EndEpoch(reply) => {
                 answer(reply, revived, boundary::end_epoch(session)).await;
             }

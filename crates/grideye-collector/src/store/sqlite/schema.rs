@@ -137,7 +137,7 @@ ALTER TABLE streams ADD COLUMN share_missing INTEGER NOT NULL DEFAULT 0;
 ";
 
 /// Not part of the layout: older versions of this program neither need nor touch these tables. A label is JSON: its
-/// name and its frames.
+/// name and its frames. A fact is a sentence about the store.
 pub(super) const WRITTEN: &str = "
 CREATE TABLE IF NOT EXISTS notes (
     recording_id INTEGER PRIMARY KEY REFERENCES recordings (id),
@@ -149,6 +149,7 @@ CREATE TABLE IF NOT EXISTS labels (
     label TEXT NOT NULL,
     PRIMARY KEY (recording_id, number)
 ) STRICT, WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS facts (fact TEXT PRIMARY KEY) STRICT, WITHOUT ROWID;
 ";
 
 /// The contents of a file that is or may become a store.

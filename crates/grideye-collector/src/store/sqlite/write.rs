@@ -183,6 +183,12 @@ impl Writer {
                 let done = self.settled(|file| labels::remove(file, id, number));
                 self.answer(reply, done, true);
             }
+            Change::AskForTokens(is_asking, reply) => {
+                let done = commit(&self.connection, &mut self.presence, |file| {
+                    ask_for_tokens(file, is_asking)
+                });
+                self.answer(reply, done, false);
+            }
             Change::EndEpoch(reply) => {
                 let done = self.settled(end_epoch);
                 self.answer(reply, done, false);
@@ -318,6 +324,13 @@ fn stop(connection: &Connection, id: RecordingId, t_stop_ns: i64) -> Result<Reco
         .prepare_cached("UPDATE recordings SET t_stop_ns = ?, through_epoch = ? WHERE id = ?")?
         .execute(params![t_stop_ns, end_epoch(connection)?, id.0])?;
     read::recording(connection, id)
+}
+
+fn ask_for_tokens(connection: &Connection, is_asking: bool) -> Result<bool> {
+    let sql = "INSERT OR IGNORE INTO facts SELECT 'asked for tokens' WHERE ?";
+    connection.execute(sql, [is_asking])?;
+    let sql = "SELECT count(*) > 0 FROM facts WHERE fact = 'asked for tokens'";
+    Ok(connection.query_row(sql, [], |row| row.get(0))?)
 }
 
 fn write_note(connection: &Connection, id: RecordingId, note: &str) -> Result<Recording> {

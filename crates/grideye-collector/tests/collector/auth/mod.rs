@@ -2,6 +2,7 @@
 
 mod answers;
 mod folder;
+mod lost;
 mod server;
 mod sign_in;
 mod tokens;
