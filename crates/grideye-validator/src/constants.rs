@@ -35,10 +35,6 @@ pub(crate) const STILL_WEIGHT: f64 = 0.3;
 pub(crate) const ORIENTATION_MARGIN: f64 = 0.1;
 /// With less likeness a recording does not tell the offset of its image.
 pub(crate) const OFFSET_LIKENESS_MIN: f64 = 0.4;
-/// A shorter delay is not checked for an offset that explains as much, seconds: a walker's next frame.
-pub(crate) const RIVAL_SHIFT_MIN_S: f64 = 0.1;
-/// An offset this much less like the scene still explains as much as the delay.
-pub(crate) const RIVAL_LESS_MAX: f64 = 0.01;
 
 // What is warm.
 

@@ -72,4 +72,4 @@ pub use scene_comparison::{
     DYNAMIC_FRAMES, KnownScene, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene,
 };
 pub use thresholds::Thresholds;
-pub use verdict::{Criterion, Judgment, State, Verdict, WarmPixels};
+pub use verdict::{Criterion, Judgment, State, Verdict};

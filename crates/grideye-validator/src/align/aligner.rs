@@ -1,13 +1,13 @@
 //! Finds the best clock, orientation and offset, and compares them with what chance reaches.
 
 use crate::align::clock::{Bounds, Clock};
-use crate::align::series::{Fit, Sample, Series};
+use crate::align::series::{Sample, Series};
 use crate::align::space::{self, Orientation, Pairs};
 use crate::align::time_search::{best_clock, rough_likeness, standard_errors};
 use crate::align::types::{AlignOptions, OffsetFound, OrientationFound, TimeAlignment, TimeFound};
 use crate::constants::{
-    BEYOND, ERRORS_TOLD, KIN_MIN, LIKENESS_MIN, OFFSET_LIKENESS_MIN, ORIENTATION_MARGIN,
-    RIVAL_LESS_MAX, RIVAL_SHIFT_MIN_S, SAME_MIN, STILL_WEIGHT,
+    BEYOND, ERRORS_TOLD, KIN_MIN, LIKENESS_MIN, OFFSET_LIKENESS_MIN, ORIENTATION_MARGIN, SAME_MIN,
+    STILL_WEIGHT,
 };
 use crate::error::ValidatorError;
 use crate::frames::types::Pixels;
@@ -134,20 +134,8 @@ impl Aligner {
             decoys,
             applied,
             at_bound,
-            rival_offset_px: self.rival(clock, &fit),
         };
         (if applied { clock } else { Clock::own() }, found)
-    }
-
-    /// An image offset that explains as much as the delay does.
-    fn rival(&self, clock: Clock, fit: &Fit) -> Option<[f64; 2]> {
-        if clock.shift_s.abs() < RIVAL_SHIFT_MIN_S {
-            return None;
-        }
-        let rated = |time_s: f64| clock.scene_s(time_s) - clock.shift_s;
-        let pairs = Pairs::moving(&self.sample.thinned(OFFSET_FRAMES), &self.series, rated);
-        let (offset, [_, likeness]) = pairs.best_offset(OFFSET_SOUGHT_PX);
-        (likeness > fit.likeness - RIVAL_LESS_MAX).then_some(offset)
     }
 
     /// The orientation, by what moves and, with less weight, by what stands still.

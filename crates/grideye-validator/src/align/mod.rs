@@ -16,8 +16,7 @@
 //! - Fifteen decoys (the scene turned, mirrored, run backwards) get the same freedom. A fit no better than the best
 //!   decoy is not applied.
 //!
-//! On a straight path walked once, a delay and a tilted sensor look alike. The report says where an offset would
-//! explain as much.
+//! On a straight path walked once, a delay and a tilted sensor look alike.
 
 pub(crate) mod aligner;
 pub(crate) mod clock;

@@ -96,8 +96,6 @@ pub struct TimeFound {
     pub applied: bool,
     /// Whether a better fit lies beyond the bounds; then nothing is applied.
     pub at_bound: bool,
-    /// Image offset, pixels right and down, that would explain the recording as well as the delay does.
-    pub rival_offset_px: Option<[f64; 2]>,
 }
 
 /// The orientation of the image.

@@ -9,7 +9,7 @@ use crate::decision::Decision;
 use crate::frames::{RealFrame, RoomSource};
 use crate::metrics::score::{Measure, Score, Scores, Values};
 use crate::numbers::{common_offset, differences, mean_frame};
-use crate::verdict::{Judgment, WarmPixels};
+use crate::verdict::Judgment;
 use serde::Serialize;
 use std::time::Duration;
 
@@ -61,7 +61,6 @@ pub struct Comparison {
     pub timeline: Vec<FrameScores>,
     /// Means per pixel over all frames.
     pub maps: PixelMaps,
-    pub warm: WarmPixels,
     pub settings: Settings,
     /// The largest common offset allowed, °C.
     pub level_max_c: f64,

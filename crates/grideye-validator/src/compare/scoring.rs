@@ -2,7 +2,7 @@
 
 use crate::compare::comparison::{Comparison, EvaluationGraph, FilmFrame, maps, timeline};
 use crate::compare::floors::shuffled;
-use crate::compare::prepared::{ComparedFrames, Preparation, Prepared, pairs};
+use crate::compare::prepared::{ComparedFrames, Preparation, pairs};
 use crate::compare::settings::{FILM_FRAMES_MAX, Settings, check_frames, check_settings};
 use crate::compare::sums::{Sums, noise_once};
 use crate::error::ValidatorError;
@@ -10,8 +10,7 @@ use crate::frames::noise::noise_of;
 use crate::frames::{RealFrame, SimulatedFrame};
 use crate::metrics::score::{Measure, Score, Scores};
 use crate::metrics::thresholds_c;
-use crate::numbers::{count, evenly, extremes, mean, mean_square, median};
-use crate::verdict::WarmPixels;
+use crate::numbers::{evenly, extremes, mean_square, median};
 use crate::verdict::judgment::judge;
 use crate::verdict::types::{Evidence, Prior};
 use grideye_frame::PIXELS;
@@ -83,7 +82,6 @@ pub(crate) fn compare_with_prior(
         drift_c: (high_c - low_c).max(0.0),
         maps: maps(&timeline),
         timeline,
-        warm: warm_pixels(&view),
         settings: *settings,
         background: None,
         warnings: Vec::new(),
@@ -102,28 +100,6 @@ fn repeat(view: &ComparedFrames, real: &[RealFrame]) -> Sums {
         }
     }
     sums
-}
-
-fn warm_pixels(view: &ComparedFrames) -> WarmPixels {
-    let above_c = view.preparation.warm_above_c;
-    // Against the frame's own median: whether a recording is empty must not depend on the scene's claim.
-    let warm = |frame: &Prepared| {
-        let background = median(&frame.shown).unwrap_or(0.0);
-        let pixels = frame.shown.iter();
-        count(
-            pixels
-                .filter(|&&value| value - background > above_c)
-                .count(),
-        )
-    };
-    let number = |frames: &[Prepared]| {
-        let numbers: Vec<f64> = frames.iter().map(warm).collect();
-        mean(&numbers).unwrap_or(0.0)
-    };
-    WarmPixels {
-        real: number(&view.real),
-        claimed: number(&view.simulated),
-    }
 }
 
 fn scores(

@@ -88,8 +88,6 @@ fn facts(comparison: &Comparison, context: &Context) -> String {
         || "unknown".to_owned(),
         |sigma| format!("{} °C", fixed(sigma, 2)),
     );
-    let warm = &comparison.warm;
-    let (real, claimed) = (fixed(warm.real, 1), fixed(warm.claimed, 1));
     let offset = signed(comparison.offset_c, 2);
     let drift = fixed(comparison.drift_c, 2);
     let facts = [
@@ -100,10 +98,6 @@ fn facts(comparison: &Comparison, context: &Context) -> String {
         ("Recording minus scene", format!("{offset} °C overall")),
         ("This offset varies by", format!("{drift} °C")),
         ("Sensor noise, 1σ", noise),
-        (
-            "Warm pixels per frame",
-            format!("{real} real, {claimed} simulated"),
-        ),
     ];
     let items: String = facts
         .iter()

@@ -32,7 +32,6 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "offset_c": comparison.offset_c,
         "drift_c": comparison.drift_c,
         "warm_above_c": comparison.warm_above_c,
-        "warm_pixels": comparison.warm,
         "evaluation_graph": comparison.evaluation,
         "maps": comparison.maps,
         "timeline": timeline(comparison),

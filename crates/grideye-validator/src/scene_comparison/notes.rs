@@ -97,14 +97,7 @@ fn time(time: &TimeFound) -> Vec<String> {
             "No alignment of time beats chance, so none was applied: {likeness}."
         )];
     }
-    let mut notes = vec![format!("{}: {likeness}.", applied(time))];
-    if let Some([right, down]) = time.rival_offset_px {
-        let (right, down) = (fixed(right, 1), fixed(down, 1));
-        notes.push(format!(
-            "An image offset of {right} pixels right and {down} down (a tilted sensor) would explain the recording as well as the delay does. This walk cannot tell the two apart; one that also comes back could."
-        ));
-    }
-    notes
+    vec![format!("{}: {likeness}.", applied(time))]
 }
 
 fn applied(time: &TimeFound) -> String {

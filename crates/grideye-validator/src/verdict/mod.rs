@@ -7,4 +7,4 @@ pub(crate) mod sensor_criteria;
 mod tests;
 pub(crate) mod types;
 
-pub use types::{Criterion, Judgment, State, Verdict, WarmPixels};
+pub use types::{Criterion, Judgment, State, Verdict};

@@ -85,15 +85,6 @@ pub(crate) struct KnownPattern {
     pub(crate) left_c: Option<Vec<f64>>,
 }
 
-/// Mean number of warm pixels per frame, counted alike on both sides.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct WarmPixels {
-    /// In the real frames, above the median of their own pixels.
-    pub real: f64,
-    /// In the noise-free simulated frames, above the median of their own pixels.
-    pub claimed: f64,
-}
-
 /// One requirement on a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]

@@ -498,7 +498,6 @@ fn a_real_person_is_seen_and_a_made_up_scene_disagrees() {
         "ambient_c = 26",
     ));
     let comparison = compare_scene(&linaige(740..896), &scene, SENSOR, &options(1)).unwrap();
-    assert!(comparison.warm.real > 2.0, "{:?}", comparison.warm);
     assert_eq!(
         comparison.judgment.verdict,
         Verdict::Disagrees,
