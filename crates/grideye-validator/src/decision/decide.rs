@@ -21,9 +21,6 @@ pub struct Decision {
     pub right: f64,
     /// What is farthest off, in words.
     pub worst: String,
-    /// How surprising that is: the negative logarithm of the share of right worlds in which what is farthest off of its kind
-    /// is as far off.
-    pub surprise: f64,
     #[serde(skip)]
     pub(crate) cause: Cause,
     /// Of each person, or of all objects together.
@@ -40,7 +37,7 @@ pub struct Decision {
     /// The law that keeps these from being told apart most: its key, and its standard deviation.
     #[serde(skip)]
     pub(crate) too_wide: Option<(Law, String)>,
-    /// Whether the recording shows nothing but the room and noise.
+    /// Whether the recording may show nothing but the room and noise.
     pub is_empty: bool,
     /// How far the level of all pixels runs away from the scene's, beyond the slow drift that was removed, °C.
     pub drift_c: f64,
@@ -106,8 +103,13 @@ const OF_OFFSET: usize = 30;
 pub const OFFSETS_M: [f64; 6] = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
 
 impl Decision {
+    /// Whether it is no recording of the scene.
+    pub(crate) fn is_refused(&self, right_min: f64) -> bool {
+        self.right <= right_min || self.off_contrast().is_some()
+    }
+
     pub(crate) fn is_agreed(&self, right_min: f64) -> bool {
-        self.right > right_min && self.off_contrast().is_none() && self.untold().next().is_none()
+        !self.is_refused(right_min) && self.untold().next().is_none()
     }
 
     /// The contrast farthest out of its range, if any is out.
@@ -203,7 +205,7 @@ pub(crate) fn decide(
         let mut all = alternatives.iter().zip(&one.likeness);
         !is_refused(one) && all.all(|(one, likeness)| !one.counts() || *likeness > one.limit)
     };
-    let are_asked = worlds.has_people() && !how.is_brief;
+    let are_asked = !worlds.film.people.is_empty() && !how.is_brief;
     let mut offsets = OFFSETS_M.into_iter().filter(|_| are_asked);
     let refused_aside_m = offsets.find(|aside_m| worlds.refuse_aside(*aside_m, &is_agreed));
     let too_wide = match how.is_brief {
@@ -212,8 +214,6 @@ pub(crate) fn decide(
     };
     let (model, film) = (&worlds.model, &worlds.film);
     let (cause, worst) = spread.worst(place, &found, model, film);
-    // Warmth that the scene lacks is more than nothing, however little it is.
-    let has_more = spread.extra(&found) > held[refused];
     let contrasts = found.contrasts.iter().zip(spread.contrasts(&found));
     let contrasts = contrasts
         .zip(0..)
@@ -225,15 +225,16 @@ pub(crate) fn decide(
     Some(Decision {
         right: rank,
         worst,
-        surprise: off,
         cause,
         contrasts: contrasts.collect(),
         delay_s: found.lag_s,
-        delay_range_s: spread.delay_s(),
+        delay_range_s: spread.range(0, 1),
         refused_aside_m,
+        is_empty: alternatives
+            .iter()
+            .any(|one| one.of == Alternative::Nobody && !one.is_told()),
         alternatives,
         too_wide,
-        is_empty: !has_more && model.is_empty(&recording.pictures, &film.room),
         drift_c: film.drift_c(&recording.pictures),
         frames: recording.frames - recording.strays,
         pictures: recording.pictures.len() - recording.missing.len(),
@@ -274,10 +275,6 @@ impl<'a> Worlds<'a> {
             others: Vec::new(),
             is_stopped,
         }
-    }
-
-    fn has_people(&self) -> bool {
-        !self.film.people.is_empty()
     }
 
     fn right(&mut self) -> Option<Vec<Statistics>> {

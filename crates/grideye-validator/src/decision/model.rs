@@ -42,7 +42,7 @@ pub(crate) struct Model {
 }
 
 /// How well the scene explains a recording.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct Fit {
     lag: usize,
     contrasts: Vec<f64>,
@@ -116,12 +116,7 @@ impl Model {
                 best
             }
         });
-        best.unwrap_or(Fit {
-            lag: 0,
-            contrasts: Vec::new(),
-            contrast: 0.0,
-            explained: 0.0,
-        })
+        best.unwrap_or_default()
     }
 
     fn fit_at(&self, recording: &[Image], lag: usize) -> Fit {
@@ -219,28 +214,6 @@ impl Model {
             beyond: self.beyond(recording, &fit),
             contrasts: fit.contrasts,
         }
-    }
-
-    /// Whether a recording shows nothing but the room and noise.
-    pub(crate) fn is_empty(&self, recording: &[Image], room: &[Image]) -> bool {
-        /// In standard deviations, what subjects show at least.
-        const SEEN_SDS: f64 = 3.0;
-        /// Of what changes, beyond that of noise: its estimate may be off by as much.
-        const MOVING: f64 = 0.1;
-        /// Of the mean picture, in standard deviations of chi squared.
-        const STILL_SDS: f64 = 3.0;
-        let left: Vec<Image> = recording
-            .iter()
-            .zip(room)
-            .map(|(seen, room)| less(seen, room))
-            .collect();
-        let [moving, still] = self.noise.squares(&left);
-        let degrees = count(PIXELS - 1);
-        let frames = count(recording.len().saturating_sub(1).max(1));
-        let is_seen = self.fit(recording).explained > SEEN_SDS * SEEN_SDS;
-        !is_seen
-            && moving < (1.0 + MOVING) * frames * degrees
-            && still < degrees + STILL_SDS * (2.0 * degrees).sqrt()
     }
 
     /// The best delay, by a parabola through the best of those tried and its neighbors.

@@ -10,8 +10,6 @@ use std::ops::Range;
 const OWN: usize = 6;
 /// Those of warmth beyond the scene, and of warmth that it lacks.
 const BEYOND: Range<usize> = 2..OWN;
-/// Of these that which comes and goes, and that which stays.
-const EXTRA: [usize; 2] = [2, 4];
 /// Delay, misfit and contrasts; warmth beyond the scene; alternatives.
 const KINDS: usize = 3;
 /// What is farthest off.
@@ -51,14 +49,6 @@ impl Law {
 
     /// How surprising so high a value is: the negative logarithm of the share that is, by an exponential tail. It goes
     /// on falling below the middle, so that no two recordings tie.
-    fn above(&self, value: f64) -> f64 {
-        self.beyond(1.0, value)
-    }
-
-    fn below(&self, value: f64) -> f64 {
-        self.beyond(-1.0, value)
-    }
-
     fn beyond(&self, sign: f64, value: f64) -> f64 {
         let (from, mean) = self.tails[usize::from(sign < 0.0)];
         let beyond = sign * (value - from);
@@ -164,13 +154,13 @@ impl Spread {
         let first = statistics.beyond.len().saturating_sub(BLOCKS);
         let all = statistics.beyond.iter().zip(&self.beyond).enumerate();
         let all = all.filter(|(index, _)| (*index >= first) == stays);
-        let side = usize::from(sign < 0.0);
-        let far = all
-            .map(|(index, (value, (mean, scales)))| (index, sign * (value - mean) / scales[side]));
-        let far = far.fold((0, f32::NEG_INFINITY), |far, one| {
-            if one.1 > far.1 { one } else { far }
+        let far = all.map(|(index, (value, (mean, scales)))| {
+            (
+                index,
+                f64::from(sign * (value - mean) / scales[usize::from(sign < 0.0)]),
+            )
         });
-        (far.0, f64::from(far.1))
+        far.fold((0, f64::NEG_INFINITY), farther)
     }
 
     /// Each statistic so that larger is farther from the scene; delay and contrasts may be off either way.
@@ -188,17 +178,11 @@ impl Spread {
         }
     }
 
-    /// How surprising warmth beyond the scene is.
-    pub(crate) fn extra(&self, statistics: &Statistics) -> f64 {
-        let surprise = EXTRA.map(|place| self.of[place].above(self.value(place, statistics)));
-        self.kinds[1].above(surprise[0].max(surprise[1]))
-    }
-
     /// What is most surprising, and how much beside the most surprising of its kind in right worlds.
     pub(crate) fn farthest(&self, statistics: &Statistics) -> (usize, f64) {
         let far = self.farthest_by_kind(statistics);
         let far = far.iter().zip(&self.kinds);
-        far.map(|((place, off), law)| (*place, law.above(*off)))
+        far.map(|((place, off), law)| (*place, law.beyond(1.0, *off)))
             .fold((0, f64::NEG_INFINITY), farther)
     }
 
@@ -209,7 +193,7 @@ impl Spread {
             let value = self.value(place, statistics);
             let is_either_way = place == 0 || contrasts.contains(&place);
             let below = if is_either_way {
-                law.below(value)
+                law.beyond(-1.0, value)
             } else {
                 f64::NEG_INFINITY
             };
@@ -219,14 +203,9 @@ impl Spread {
                 more if contrasts.contains(&more) => 0,
                 _ => 2,
             };
-            far[kind] = farther(far[kind], (place, law.above(value).max(below)));
+            far[kind] = farther(far[kind], (place, law.beyond(1.0, value).max(below)));
         }
         far
-    }
-
-    /// The delay that all but .5 % of right worlds show, seconds.
-    pub(crate) fn delay_s(&self) -> [f64; 2] {
-        self.range(0, 1)
     }
 
     /// The contrasts that all but .5 % of right worlds show.
@@ -241,7 +220,7 @@ impl Spread {
     }
 
     /// The range of a statistic that `of` share alike: all of them are in theirs in all but .5 % of right worlds.
-    fn range(&self, place: usize, of: usize) -> [f64; 2] {
+    pub(crate) fn range(&self, place: usize, of: usize) -> [f64; 2] {
         // Of a normal law at .5 % over 1, 2, 3 and 4 (Bonferroni), over where its tail begins: noise makes one longer.
         const TAILS: [f64; 4] = [1.706, 1.838, 1.911, 1.962];
         let times = TAILS[of.clamp(1, TAILS.len()) - 1];

@@ -25,10 +25,9 @@ pub(crate) struct Template {
 
 impl NoiseModel {
     pub(crate) fn new(unit: &Unit) -> Self {
-        let square = |image: &Image| image.map(|sd_c| f64::from(sd_c).powi(2));
         Self {
-            noise_c2: square(&unit.noise_c),
-            pattern_c2: square(&unit.pattern_c),
+            noise_c2: unit.noise_c.map(|sd_c| f64::from(sd_c).powi(2)),
+            pattern_c2: unit.pattern_c.map(|sd_c| f64::from(sd_c).powi(2)),
         }
     }
 
@@ -63,30 +62,20 @@ impl NoiseModel {
         }
     }
 
-    /// `W` of a film with itself.
+    /// `W` of a film with itself: of what changes, and of the mean picture.
     pub(crate) fn square(&self, film: &[Image]) -> f64 {
-        let [moving, still] = self.squares(film);
-        moving + still
-    }
-
-    /// Its parts: of what changes, and of the mean picture.
-    pub(crate) fn squares(&self, film: &[Image]) -> [f64; 2] {
         let films = centered(film);
         let (mean, number) = (mean(&films), count(film.len()));
-        let moving: f64 = films
-            .iter()
-            .map(|image| {
-                let pixels = image.iter().zip(&mean).zip(&self.noise_c2);
-                pixels
-                    .map(|((celsius, mean), noise)| (f64::from(*celsius) - mean).powi(2) / noise)
-                    .sum::<f64>()
-            })
-            .sum();
-        let still = |pixel: usize| {
-            number * mean[pixel] * mean[pixel]
-                / (self.noise_c2[pixel] + number * self.pattern_c2[pixel])
+        let of = |pixel: usize| {
+            let changes = films
+                .iter()
+                .map(|image| f64::from(image[pixel]) - mean[pixel]);
+            let moving: f64 = changes.map(|celsius| celsius * celsius).sum();
+            let noise_c2 = self.noise_c2[pixel];
+            let still = number * mean[pixel] * mean[pixel];
+            moving / noise_c2 + still / (noise_c2 + number * self.pattern_c2[pixel])
         };
-        [moving, (0..PIXELS).map(still).sum()]
+        (0..PIXELS).map(of).sum()
     }
 
     /// Sum of squares of the steps from picture to picture, in units of the noise: what the noise is in this film.

@@ -171,9 +171,8 @@ fn decided(
     let level_max_c = unit.map_or(options.thresholds.offset_max_c, |unit| {
         unit.level_c(&options.thresholds)
     });
-    let is_refused = decision.right <= right_min
-        || decision.off_contrast().is_some()
-        || film.level_c(&recording.pictures).abs() > level_max_c;
+    let is_refused =
+        decision.is_refused(right_min) || film.level_c(&recording.pictures).abs() > level_max_c;
     if !(options.advises && is_refused) {
         *rendered = film.into_rendered();
         return Ok((decision, None));

@@ -169,60 +169,53 @@ fn judged_apart(share: FittedShare) -> Weighed {
     asked.weighed(State::Open, found, remedy)
 }
 
-struct Insufficiency {
-    reason: String,
-    /// What to do, and what it takes.
-    remedy: (&'static str, &'static str),
-}
-
 const LONGER: (&str, &str) = (
     "Record the same scene for longer.",
     "a longer recording of the same scene",
 );
 const WARMER: (&str, &str) = (
-    "Record again with a person, or another warm object of the scene, in view.",
+    "Record again with a person, or another warm object of the scene, in view. Where it shows little, measure the empty room (`grideye characterize`, then `--profile`).",
     "a recording with a person, or another warm object of the scene, in view",
 );
+/// Why the recording cannot tell, what to do, and what it takes.
+type Insufficiency = (String, (&'static str, &'static str));
+
 fn sufficiency(open: Option<Insufficiency>) -> Weighed {
     let asked = Question {
         name: "enough_to_tell",
         title: "The recording shows enough to tell",
         keys: &["frames_min"],
     };
-    if let Some(Insufficiency { reason, remedy }) = open {
-        return asked.weighed(State::Open, reason, remedy);
+    let found = "The recording shows more than noise.";
+    match open {
+        Some((reason, remedy)) => asked.weighed(State::Open, reason, remedy),
+        None => asked.weighed(State::Met, found, Next::default()),
     }
-    asked.weighed(
-        State::Met,
-        "The recording shows more than noise.",
-        Next::default(),
-    )
 }
 
 fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Insufficiency> {
-    if too_few(evidence.real_frames, thresholds) {
-        let (found, least) = (frames(evidence.real_frames), thresholds.frames_min);
-        return Some(Insufficiency {
-            reason: format!(
-                "The recording holds {found} to compare; measuring the sensor's noise takes at least {least}."
-            ),
-            remedy: LONGER,
-        });
-    }
-    let insufficiency = |reason: &str| Insufficiency {
-        reason: reason.to_owned(),
-        remedy: LONGER,
+    let prior = &evidence.prior;
+    let few = match too_few(evidence.real_frames, thresholds) {
+        true => Some(format!(
+            "The recording holds {} to compare; measuring the sensor's noise takes at least {}.",
+            frames(evidence.real_frames),
+            thresholds.frames_min
+        )),
+        false if !evidence.has_repeat => Some(
+            "The recording has no two frames in a row, so the sensor's noise is unknown."
+                .to_owned(),
+        ),
+        false if prior.decision.is_none() => {
+            Some("Frames without a scene decide nothing.".to_owned())
+        }
+        false => None,
     };
-    if !evidence.has_repeat {
-        let why = "The recording has no two frames in a row, so the sensor's noise is unknown.";
-        return Some(insufficiency(why));
+    if let Some(reason) = few {
+        return Some((reason, LONGER));
     }
-    match &evidence.prior.decision {
-        None => Some(insufficiency("Frames without a scene decide nothing.")),
-        Some(decision) if decision.is_empty => Some(Insufficiency {
-            reason: "The recording shows nothing but the room and noise, which neither confirms nor refutes a scene.".to_owned(),
-            remedy: WARMER,
-        }),
-        Some(_) => None,
-    }
+    // Where right recordings hardly ever look empty, somebody is missing.
+    let decision = prior.decision.as_ref()?;
+    let is_empty = decision.is_empty && !decision.is_refused(thresholds.right_min);
+    let reason = "The recording shows nothing but the room and noise, which neither confirms nor refutes a scene.";
+    is_empty.then(|| (reason.to_owned(), WARMER))
 }

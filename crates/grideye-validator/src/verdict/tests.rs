@@ -19,7 +19,6 @@ fn right() -> Decision {
     Decision {
         right: 0.4,
         worst: "it is 0.05 s later than the scene".to_owned(),
-        surprise: 1.2,
         cause: Cause::Lag,
         too_wide: None,
         contrasts: vec![Contrast {
