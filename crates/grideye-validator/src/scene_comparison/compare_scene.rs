@@ -93,7 +93,10 @@ pub(super) fn compared(
         "The simulated noise has the seed {noise_seed} and σ {noise_c:.2} °C."
     ));
     let settings = settings(simulator, protocol, lag_frames, options);
+    let left_out = aligned.found.left_out.iter();
+    let torn = left_out.filter(|one| one.reason == LeftOut::Torn);
     let prior = Prior {
+        torn_frames: torn.map(|one| one.rows).sum(),
         has_people: !scene.agents().is_empty(),
         decision: Some(decision),
         remedy,

@@ -5,7 +5,7 @@ use crate::frames::fitted::FittedShare;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::scene_criteria::{drift, level, scene};
 use crate::verdict::types::{
-    Criterion, Evidence, Judgment, Next, Question, State, Verdict, Weighed, lower,
+    Criterion, Evidence, Judgment, Next, Question, State, Verdict, WHOLE, Weighed, lower,
 };
 use grideye_draw::text::frames;
 
@@ -211,7 +211,8 @@ fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Ins
         false => None,
     };
     if let Some(reason) = few {
-        return Some((reason, LONGER));
+        let torn = prior.torn().map(|torn| (format!("{reason} {torn}"), WHOLE));
+        return Some(torn.unwrap_or((reason, LONGER)));
     }
     // Where right recordings hardly ever look empty, somebody is missing.
     let decision = prior.decision.as_ref()?;

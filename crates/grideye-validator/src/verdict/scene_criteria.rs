@@ -3,7 +3,7 @@
 use crate::decision::{Alternatively, Cause, Contrast, Decision, Law};
 use crate::frames::RoomSource;
 use crate::thresholds::Thresholds;
-use crate::verdict::types::{Evidence, Next, PROFILE, Question, State, Weighed};
+use crate::verdict::types::{Evidence, Next, PROFILE, Question, State, WHOLE, Weighed};
 use grideye_draw::text::fixed;
 
 /// Alternatives named in one sentence.
@@ -169,6 +169,7 @@ fn tells_apart(decision: &Decision, evidence: &Evidence<'_>) -> Next {
                 format!("The law of {told} is too wide to tell: {how} in [[uncertain]].{more}");
             (step, format!("a narrower law of {told}")).into()
         }
+        _ if evidence.prior.torn().is_some() => WHOLE.into(),
         _ if evidence.prior.pattern.from == RoomSource::Scene => PROFILE.into(),
         _ => (
             "Record for longer, with people who walk through the whole view.",

@@ -5,6 +5,7 @@ use crate::decision::{Decision, Remedy};
 use crate::frames::RoomSource;
 use crate::frames::fitted::FittedShare;
 use crate::names::named;
+use grideye_draw::text::frames;
 use serde::Serialize;
 use std::fmt::{self, Display};
 
@@ -61,6 +62,8 @@ pub(crate) struct Prior {
     pub(crate) pattern: KnownPattern,
     /// Frames that the recording holds, of which some were compared.
     pub(crate) recorded_frames: usize,
+    /// Those of them that are torn, and so left out.
+    pub(crate) torn_frames: usize,
     /// The largest common offset that this unit's profile allows, °C.
     pub(crate) level_c: Option<f64>,
     pub(crate) sensor: Vec<Criterion>,
@@ -190,6 +193,22 @@ pub(crate) const PROFILE: (&str, &str) = (
     "Measure the empty room with `grideye characterize` on a recording of it, and pass the result with `--profile`.",
     "a profile of this sensor in the empty room (`grideye characterize`, then `--profile`)",
 );
+
+/// How to record whole frames.
+pub(crate) const WHOLE: (&str, &str) = (
+    "Read all 64 pixels in one burst (one I2C transfer of 128 bytes) as soon as the sensor has written them, as `grideye-agent` does, and record again.",
+    "a recording whose frames are read in one burst",
+);
+
+impl Prior {
+    /// What is wrong with a recording of which most frames are torn.
+    pub(crate) fn torn(&self) -> Option<String> {
+        let (torn, all) = (self.torn_frames, frames(self.recorded_frames));
+        (2 * torn > self.recorded_frames).then(|| {
+            format!("{torn} of {all} are torn: the sensor wrote the next while they were read.")
+        })
+    }
+}
 
 /// For the middle of a sentence: the first letter in lower case.
 pub(crate) fn lower(text: &str) -> String {

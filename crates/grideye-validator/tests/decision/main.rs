@@ -445,6 +445,31 @@ fn empty_room(session: &str, first: usize) -> Vec<Record> {
     records.skip(first).take(100).map(colder).collect()
 }
 
+/// Three of four frames begin as the frame before, as when they are read while the sensor writes.
+#[test]
+fn torn_recordings_are_told_how_to_read_whole_frames() {
+    let scene = scene(WALK, 200, "");
+    let whole = record(WALK, 200, Truth::Right, UNIT, FIRST_SEED);
+    for every in [1, 4] {
+        let mut torn = whole.clone();
+        for index in (1..torn.len()).filter(|index| index % every != 0) {
+            let Reading::Frame(before) = torn[index - 1].reading else {
+                continue;
+            };
+            if let Reading::Frame(frame) = &mut torn[index].reading {
+                frame.pixels[..40].copy_from_slice(&before.pixels[..40]);
+            }
+        }
+        let judgment = compare_scene(&torn, &scene, SENSOR, &options())
+            .unwrap()
+            .judgment;
+        let said = judgment.to_string();
+        let is_told = said.contains("are torn") && judgment.next_step.contains("in one burst");
+        assert_eq!(is_told, every == 4, "{said}");
+        assert!(!said.contains("longer"), "{said}");
+    }
+}
+
 /// Noise that is correlated from frame to frame and differs between pixels refuses no more than two of a hundred.
 #[test]
 fn other_noise_is_no_reason_to_refuse() {
