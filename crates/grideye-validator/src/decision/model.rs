@@ -70,9 +70,11 @@ impl Model {
     pub(crate) fn new(film: &mut Film, laws: &Laws, unit: &Unit, random: &mut ChaCha8Rng) -> Self {
         let noise = NoiseModel::new(unit);
         // The same draws for all, with the scene's own contrast.
-        let worlds: Vec<World> = (0..FOR_MEAN)
-            .map(|_| World::new(Drawn::of(film, laws, random).with_claimed_warmth(), film))
-            .collect();
+        let mut worlds = Vec::with_capacity(FOR_MEAN);
+        for _ in 0..FOR_MEAN / 2 {
+            let two = Drawn::two_for_mean(film, laws, random);
+            worlds.extend(two.map(|drawn| World::new(drawn, film)));
+        }
         let step_s = laws.lag_sd_s;
         let lags = if film.has_movement() && step_s > 0.0 {
             LAGS

@@ -129,14 +129,24 @@ impl Drawn {
         self
     }
 
-    /// The same world with the scene's own contrast and numbers.
-    pub(crate) fn with_claimed_warmth(mut self) -> Self {
-        for (contrast, _) in &mut self.people {
-            *contrast = 1.0;
+    /// Two worlds for a mean, each off its place as far as the other and the opposite way. What people wander by is part of
+    /// where they are aside all the time: at each time the mean is the same, and so few worlds would leave a movement in it.
+    /// With the scene's own contrast and numbers.
+    pub(crate) fn two_for_mean(film: &Film, laws: &Laws, random: &mut ChaCha8Rng) -> [Self; 2] {
+        let mut steady = laws.clone();
+        for (walker, law) in film.people.iter().zip(&mut steady.agents) {
+            let wander_sd_m = if walker.moves { law.wander_sd_m } else { 0.0 };
+            law.place_sd_m = law.place_sd_m.hypot(wander_sd_m);
+            (law.wander_sd_m, law.contrast_sd) = (0.0, 0.0);
         }
-        self.objects = 1.0;
-        self.off.clear();
-        self
+        let mut one = Self::of(film, &steady, random);
+        one.objects = 1.0;
+        one.off.clear();
+        let mut other = one.clone();
+        other.lag_s *= -1.0;
+        let places = other.people.iter_mut().flat_map(|(_, places)| places);
+        places.for_each(|place| *place = place.map(|aside_m| -aside_m));
+        [one, other]
     }
 
     /// The same world if a law were known.
