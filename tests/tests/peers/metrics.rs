@@ -5,10 +5,13 @@
 
 use grideye_tests::programs::{root, run};
 use grideye_tests::python::peer;
-use grideye_validator::metrics::{self, Binning, Blob, IS_THRESHOLD};
+use grideye_validator::metrics::{Binning, Blob};
+use grideye_validator::{
+    Comparison, Measure, Protocol, RealFrame, Settings, SimulatedFrame, compare,
+};
 use serde_json::{Value, json};
 use std::hint::black_box;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 const COLUMNS: usize = 8;
 const AMBIENT_C: f64 = 25.0;
@@ -74,21 +77,45 @@ fn pairs() -> Vec<(Frame, Frame)> {
     pairs
 }
 
+fn compared(x: &Frame, y: &Frame, binning: Binning) -> Comparison {
+    let time = Duration::ZERO;
+    let real = RealFrame {
+        time,
+        celsius: *x,
+        later: None,
+    };
+    let simulated = SimulatedFrame {
+        time,
+        celsius: *y,
+        noise_free: *y,
+    };
+    let settings = Settings {
+        binning,
+        shuffles: 1,
+        ..Settings::new(Protocol::Static, AMBIENT_C, 0.25)
+    };
+    compare(&[real], &[simulated], &settings).unwrap()
+}
+
 fn ours(x: &Frame, y: &Frame, chosen: Binning) -> Value {
-    let graph = metrics::evaluation_graph(x, y).map(|shares| shares.to_vec());
+    let [grey, binned] = [Binning::GREY_256, chosen].map(|binning| compared(x, y, binning));
+    let of = |found: &Comparison, measure| found.score(measure).value;
     let mut figures = json!({
-        "correlation": metrics::correlation(x, y),
-        "image_similarity": metrics::image_similarity(x, y, IS_THRESHOLD),
-        "evaluation_graph": graph,
-        "rmse": metrics::rmse(x, y),
-        "bias": metrics::bias(x, y),
+        "correlation": of(&grey, Measure::Correlation),
+        "image_similarity": of(&grey, Measure::ImageSimilarity),
+        "evaluation_graph": grey.evaluation.simulated,
+        "rmse": of(&grey, Measure::Rmse),
+        "bias": of(&grey, Measure::Bias),
     });
-    for (name, binning) in [("grey", Binning::GREY_256), ("binned", chosen)] {
-        figures[format!("entropy_real_{name}")] = json!(metrics::entropy(x, binning));
-        figures[format!("entropy_simulated_{name}")] = json!(metrics::entropy(y, binning));
-        figures[format!("joint_entropy_{name}")] = json!(metrics::joint_entropy(x, y, binning));
-        figures[format!("mutual_information_{name}")] =
-            json!(metrics::mutual_information(x, y, binning));
+    for (name, found) in [("grey", &grey), ("binned", &binned)] {
+        for (key, measure) in [
+            ("entropy_real", Measure::EntropyReal),
+            ("entropy_simulated", Measure::EntropySimulated),
+            ("joint_entropy", Measure::JointEntropy),
+            ("mutual_information", Measure::MutualInformation),
+        ] {
+            figures[format!("{key}_{name}")] = json!(of(found, measure));
+        }
     }
     let [real, simulated] = [x, y].map(|frame| Blob::find(frame, WARM_ABOVE_C));
     let apart = real.zip(simulated).map(|(a, b)| a.distance_pixels(&b));

@@ -1,40 +1,12 @@
 //! Entropies and mutual information, by counting bins.
 
 use crate::metrics::binning::Binning;
-use crate::numbers::{all_finite, comparable, count, extremes};
+use crate::numbers::{all_finite, count, extremes};
 
-/// Shannon entropy of one frame, bits (PeerJ CS 11:e3124, Eq. 2).
-#[must_use]
-pub fn entropy(frame: &[f64], binning: Binning) -> Option<f64> {
-    Some(Binned::new(frame, binning)?.entropy)
-}
-
-/// Joint entropy of two frames, bits (PeerJ CS 11:e3124, Eq. 3); each frame has bins of its own.
-#[must_use]
-pub fn joint_entropy(real: &[f64], simulated: &[f64], binning: Binning) -> Option<f64> {
-    let [_, _, joint] = entropies(real, simulated, binning)?;
-    Some(joint)
-}
-
-/// Mutual information, bits: `H(X) + H(Y) - H(X, Y)` (PeerJ CS 11:e3124, Eq. 6); almost all bias on 64 pixels.
-#[must_use]
-pub fn mutual_information(real: &[f64], simulated: &[f64], binning: Binning) -> Option<f64> {
-    Some(mutual(entropies(real, simulated, binning)?))
-}
-
-/// From the two frames' entropies and the joint one; rounding must not make it negative.
+/// Mutual information, bits: `H(X) + H(Y) - H(X, Y)` (PeerJ CS 11:e3124, Eq. 6); almost all bias on 64 pixels. Rounding must
+/// not make it negative.
 pub(crate) fn mutual([real, simulated, joint]: [f64; 3]) -> f64 {
     (real + simulated - joint).max(0.0)
-}
-
-fn entropies(real: &[f64], simulated: &[f64], binning: Binning) -> Option<[f64; 3]> {
-    comparable(real, simulated)?;
-    let (x, y) = (
-        Binned::new(real, binning)?,
-        Binned::new(simulated, binning)?,
-    );
-    let joint = Counter::new(real.len()).joint(&x, &y);
-    Some([x.entropy, y.entropy, joint])
 }
 
 /// The bin of each pixel, numbered from 0 without gaps.
@@ -42,6 +14,7 @@ fn entropies(real: &[f64], simulated: &[f64], binning: Binning) -> Option<[f64; 
 pub(crate) struct Binned {
     bins: Vec<usize>,
     distinct: usize,
+    /// Shannon entropy of the frame, bits (PeerJ CS 11:e3124, Eq. 2).
     pub(crate) entropy: f64,
 }
 
@@ -124,6 +97,7 @@ impl Counter {
         }
     }
 
+    /// Joint entropy of two frames, bits (PeerJ CS 11:e3124, Eq. 3); each frame has bins of its own.
     pub(crate) fn joint(&mut self, real: &Binned, simulated: &Binned) -> f64 {
         let size = real.distinct * simulated.distinct;
         if self.cells.len() < size {

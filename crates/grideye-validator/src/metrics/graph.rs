@@ -1,6 +1,6 @@
 //! The paper's evaluation graph: how many pixels differ by less than each threshold.
 
-use crate::numbers::{comparable, count, differences, index, long_count};
+use crate::numbers::{count, differences, index, long_count};
 
 /// Number of thresholds of the evaluation graph.
 pub const THRESHOLDS: usize = 101;
@@ -10,15 +10,6 @@ const PER_DEGREE: f64 = 20.0;
 #[must_use]
 pub fn thresholds_c() -> [f64; THRESHOLDS] {
     std::array::from_fn(|step| count(step) / PER_DEGREE)
-}
-
-/// Share of pixels, 0 to 1, that differ by strictly less than each of [`thresholds_c`].
-#[must_use]
-pub fn evaluation_graph(real: &[f64], simulated: &[f64]) -> Option<[f64; THRESHOLDS]> {
-    comparable(real, simulated)?;
-    let mut graph = Graph::default();
-    graph.add(real, simulated);
-    Some(graph.shares())
 }
 
 /// Counts of pixel differences by the first threshold above them, and of those above none.
@@ -40,7 +31,7 @@ impl Graph {
         }
     }
 
-    /// Share of the pixels below each threshold, 0 to 1; 0 without pixels.
+    /// Share of the pixels, 0 to 1, that differ by strictly less than each of [`thresholds_c`]; 0 without pixels.
     pub(crate) fn shares(&self) -> [f64; THRESHOLDS] {
         let pixels = long_count(self.0.iter().sum::<u64>().max(1));
         let mut below = 0;

@@ -15,5 +15,4 @@ pub(crate) mod surface;
 pub use binning::{Binning, BinningError};
 pub use blob::Blob;
 pub use distance::{IS_THRESHOLD, SENSOR_ACCURACY_C, bias, correlation, image_similarity, rmse};
-pub use entropy::{entropy, joint_entropy, mutual_information};
-pub use graph::{THRESHOLDS, evaluation_graph, thresholds_c};
+pub use graph::{THRESHOLDS, thresholds_c};

@@ -1,13 +1,14 @@
 //! The metrics against reference vectors and frames counted by hand.
 
+use crate::toy::pair;
+use grideye_validator::Measure;
 use grideye_validator::metrics::{
-    Binning, IS_THRESHOLD, THRESHOLDS, bias, correlation, entropy, evaluation_graph,
-    image_similarity, joint_entropy, mutual_information, rmse, thresholds_c,
+    Binning, IS_THRESHOLD, THRESHOLDS, bias, correlation, image_similarity, rmse, thresholds_c,
 };
 use proptest::prelude::*;
 
 /// The two 8 x 8 reference frames: B is A with an uneven error and one pixel 2.5 degrees off.
-fn reference_frames() -> (Vec<f64>, Vec<f64>) {
+fn reference_frames() -> ([f64; 64], [f64; 64]) {
     let (mut a, mut b) = (Vec::new(), Vec::new());
     for row in 0..8_u32 {
         for column in 0..8_u32 {
@@ -20,7 +21,29 @@ fn reference_frames() -> (Vec<f64>, Vec<f64>) {
             b.push((simulated * 100.0).round() / 100.0);
         }
     }
-    (a, b)
+    (a.try_into().unwrap(), b.try_into().unwrap())
+}
+
+/// Four values, each in a quarter of the pixels.
+fn quarters(values: [f64; 4]) -> [f64; 64] {
+    std::array::from_fn(|pixel| values[pixel % 4])
+}
+
+fn graph(real: &[f64; 64], simulated: &[f64; 64]) -> Vec<f64> {
+    let found = pair(real, simulated, Binning::GREY_256).unwrap();
+    found.evaluation.simulated
+}
+
+/// Entropies of both frames, the joint one, and the mutual information.
+fn bits(real: &[f64; 64], simulated: &[f64; 64], binning: Binning) -> [Option<f64>; 4] {
+    let found = pair(real, simulated, binning).unwrap();
+    [
+        Measure::EntropyReal,
+        Measure::EntropySimulated,
+        Measure::JointEntropy,
+        Measure::MutualInformation,
+    ]
+    .map(|measure| found.score(measure).value)
 }
 
 #[track_caller]
@@ -42,7 +65,7 @@ fn similarity_of_the_reference_vectors() {
     let (a, b) = reference_frames();
     let shares = [0.25, 0.5, 1.66].map(|threshold| image_similarity(&a, &b, threshold));
     assert_eq!(shares, [0.3125, 0.781_25, 0.984_375].map(Some));
-    let graph = evaluation_graph(&a, &b).unwrap();
+    let graph = graph(&a, &b);
     assert_eq!((graph[5], graph[10]), (0.3125, 0.781_25));
     close(image_similarity(&a, &b, IS_THRESHOLD), 0.984_375);
     assert!((IS_THRESHOLD - 1.666_666_666_666_666_7).abs() < 1e-15);
@@ -52,20 +75,22 @@ fn similarity_of_the_reference_vectors() {
 fn entropies_of_the_reference_vectors_in_quarter_degrees() {
     let (a, b) = reference_frames();
     let step = Binning::Step { width_c: 0.25 };
-    close(entropy(&a, step), 3.089_407_329);
-    close(entropy(&b, step), 3.589_474_105);
-    close(joint_entropy(&a, &b, step), 5.159_774_414);
-    close(mutual_information(&a, &b, step), 1.519_107_019);
+    let [own, other, joint, mutual] = bits(&a, &b, step);
+    close(own, 3.089_407_329);
+    close(other, 3.589_474_105);
+    close(joint, 5.159_774_414);
+    close(mutual, 1.519_107_019);
 }
 
 #[test]
 fn entropies_of_the_reference_vectors_in_grey_levels() {
     let (a, b) = reference_frames();
     for grey in [Binning::GREY_256, Binning::Levels { n: 256 }] {
-        close(entropy(&a, grey), 3.089_407_329);
-        close(entropy(&b, grey), 5.452_819_531);
-        close(joint_entropy(&a, &b, grey), 5.527_114_648);
-        close(mutual_information(&a, &b, grey), 3.015_112_211);
+        let [own, other, joint, mutual] = bits(&a, &b, grey);
+        close(own, 3.089_407_329);
+        close(other, 5.452_819_531);
+        close(joint, 5.527_114_648);
+        close(mutual, 3.015_112_211);
     }
 }
 
@@ -85,23 +110,27 @@ const CROSSED: [f64; 4] = [5.0, 6.0, 5.0, 6.0];
 #[test]
 fn entropies_of_frames_counted_by_hand() {
     let step = Binning::Step { width_c: 1.0 };
-    assert_eq!(entropy(&[1.0, 2.0, 3.0, 4.0], step), Some(2.0));
-    assert_eq!(entropy(&[1.0, 1.0, 2.0, 2.0], step), Some(1.0));
-    assert_eq!(entropy(&[7.0; 5], step), Some(0.0));
-    assert_eq!(entropy(&[7.0; 5], Binning::GREY_256), Some(0.0));
-    assert_eq!(joint_entropy(&HALVES, &CROSSED, step), Some(2.0));
-    let mutual = |other: &[f64; 4]| mutual_information(&HALVES, other, step);
-    assert_eq!(mutual(&CROSSED), Some(0.0));
-    assert_eq!(mutual(&[9.0, 9.0, 8.0, 8.0]), Some(1.0));
-    let levels = |n| entropy(&[1.0, 2.0, 3.0], Binning::Levels { n });
-    assert!(levels(2).unwrap() > 0.9);
+    let of = |values: [f64; 4], binning| {
+        let frame = quarters(values);
+        bits(&frame, &frame, binning)[0]
+    };
+    assert_eq!(of([1.0, 2.0, 3.0, 4.0], step), Some(2.0));
+    assert_eq!(of(HALVES, step), Some(1.0));
+    assert_eq!(of([7.0; 4], step), Some(0.0));
+    assert_eq!(of([7.0; 4], Binning::GREY_256), Some(0.0));
+    let with_halves = |other| bits(&quarters(HALVES), &quarters(other), step);
+    assert_eq!(with_halves(CROSSED)[2..], [Some(2.0), Some(0.0)]);
+    assert_eq!(with_halves([9.0, 9.0, 8.0, 8.0])[3], Some(1.0));
+    let levels = |n| of([1.0, 1.0, 2.0, 3.0], Binning::Levels { n });
+    assert_eq!(levels(2), Some(1.0));
     assert_eq!((levels(1), levels(0)), (Some(0.0), Some(0.0)));
 }
 
 #[test]
 fn values_around_zero_share_a_bin_whatever_their_sign() {
-    let step = Binning::Step { width_c: 1.0 };
-    assert_eq!(entropy(&[-0.2, 0.2, -0.4, 0.4], step), Some(0.0));
+    let frame = quarters([-0.2, 0.2, -0.4, 0.4]);
+    let found = bits(&frame, &frame, Binning::Step { width_c: 1.0 });
+    assert_eq!(found[0], Some(0.0));
 }
 
 #[test]
@@ -113,11 +142,9 @@ fn undefined_measures_are_none() {
     assert_eq!(correlation(&[], &[]), None);
     assert_eq!(rmse(&slope, &slope[..3]), None);
     assert_eq!(rmse(&[f64::NAN], &[1.0]), None);
-    assert_eq!(evaluation_graph(&slope, &slope[..3]), None);
     assert_eq!(bias(&[1.0], &[f64::INFINITY]), None);
-    assert_eq!(entropy(&[f64::NAN], Binning::GREY_256), None);
     for width_c in [0.0, -0.25, f64::NAN, f64::INFINITY] {
-        assert_eq!(entropy(&slope, Binning::Step { width_c }), None);
+        assert!(pair(&[20.0; 64], &[20.0; 64], Binning::Step { width_c }).is_err());
     }
 }
 
@@ -165,7 +192,7 @@ proptest! {
 
     #[test]
     fn the_graph_has_the_similarity_at_each_threshold((x, y) in (frame(), frame())) {
-        let graph = evaluation_graph(&x, &y).unwrap();
+        let graph = graph(&x, &y);
         for (share, threshold) in graph.into_iter().zip(thresholds_c()) {
             prop_assert_eq!(Some(share), image_similarity(&x, &y, threshold), "{}", threshold);
         }
@@ -177,7 +204,7 @@ proptest! {
 fn differences_at_a_threshold_fall_on_its_far_side() {
     // The first threshold that all pixels are below.
     let place = |difference: f64| {
-        let graph = evaluation_graph(&[0.0; 64], &[difference; 64]).unwrap();
+        let graph = graph(&[0.0; 64], &[difference; 64]);
         assert!(graph.iter().all(|share| [0.0, 1.0].contains(share)));
         graph.partition_point(|share| *share < 1.0)
     };

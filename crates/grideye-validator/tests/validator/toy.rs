@@ -1,6 +1,9 @@
 //! A minimal sensor and simulator, independent of each other and of grideye-scene.
 
-use grideye_validator::{Protocol, RealFrame, Settings, SimulatedFrame};
+use grideye_validator::metrics::Binning;
+use grideye_validator::{
+    Comparison, Protocol, RealFrame, Settings, SimulatedFrame, ValidatorError, compare,
+};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -107,4 +110,29 @@ pub(crate) fn settings(protocol: Protocol) -> Settings {
 
 fn time(index: u32) -> Duration {
     Duration::from_millis(100) * index
+}
+
+/// One frame compared with another.
+pub(crate) fn pair(
+    real: &[f64; 64],
+    simulated: &[f64; 64],
+    binning: Binning,
+) -> Result<Comparison, ValidatorError> {
+    let time = Duration::ZERO;
+    let real = RealFrame {
+        time,
+        celsius: *real,
+        later: None,
+    };
+    let simulated = SimulatedFrame {
+        time,
+        celsius: *simulated,
+        noise_free: *simulated,
+    };
+    let settings = Settings {
+        binning,
+        shuffles: 1,
+        ..Settings::new(Protocol::Static, AMBIENT_C, STEP_C)
+    };
+    compare(&[real], &[simulated], &settings)
 }
