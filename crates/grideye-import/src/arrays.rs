@@ -241,7 +241,7 @@ impl<'b> Array<'b> {
         match self.kind {
             ('f', 2) => {
                 let [low, high, ..] = padded(0);
-                Cell::Number(half(u16::from_le_bytes([low, high])))
+                Cell::Number(half::f16::from_le_bytes([low, high]).to_f64())
             }
             ('f', 4) => {
                 let [a, b, c, d, ..] = padded(0);
@@ -299,17 +299,6 @@ fn kind_of(kind: &str) -> Result<((char, usize), bool), ImportError> {
         ));
     }
     Ok(((letter, size), order == '>'))
-}
-
-/// A number of 16 bits by IEEE 754: 1 of sign, 5 of exponent, 10 of fraction.
-fn half(bits: u16) -> f64 {
-    let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
-    let size = match exponent {
-        0 => fraction * 2_f64.powi(-24),
-        31 => f64::NAN,
-        _ => (1_024.0 + fraction) * 2_f64.powi(exponent - 25),
-    };
-    if bits >> 15 == 1 { -size } else { size }
 }
 
 /// The value of a key in the heading's dictionary, which numpy always writes the same way.

@@ -59,9 +59,9 @@ pub(crate) fn rows(text: &str) -> Option<Held> {
             break;
         };
         match columns(&value).or_else(|| keyed(&value)) {
-            Some(columns) => {
+            Some(rows) => {
                 container = "a JSON object of arrays";
-                columns.for_each(|row| table.push(0, "", &row));
+                rows.iter().for_each(|row| table.push(0, "", row));
             }
             None => table.push(0, "", &value),
         }
@@ -262,7 +262,7 @@ impl Table {
 }
 
 /// The rows of an object whose keys tell them apart, as Firebase exports them: times, or any others in their order.
-fn keyed(value: &Value) -> Option<Box<dyn Iterator<Item = Value> + '_>> {
+fn keyed(value: &Value) -> Option<Vec<Value>> {
     let mut object = value.as_object()?;
     // Firebase exports the path before the keys.
     while let (1, Some(Value::Object(inner))) = (object.len(), object.values().next()) {
@@ -296,7 +296,7 @@ fn keyed(value: &Value) -> Option<Box<dyn Iterator<Item = Value> + '_>> {
     } else {
         "key"
     };
-    Some(Box::new(rows.into_iter().map(move |(key, value)| {
+    let row = |(key, value): (&String, &Value)| {
         let mut row = serde_json::Map::new();
         row.insert(name.to_owned(), Value::String(key.clone()));
         match value {
@@ -306,7 +306,8 @@ fn keyed(value: &Value) -> Option<Box<dyn Iterator<Item = Value> + '_>> {
             }
         }
         Value::Object(row)
-    })))
+    };
+    Some(rows.into_iter().map(row).collect())
 }
 
 /// Whether the elements of an array are rows: objects, or arrays of frames.
@@ -332,10 +333,10 @@ fn leaves(value: &Value) -> usize {
 }
 
 /// The rows of an object whose arrays hold one value for each of them, or that has an array of objects.
-fn columns(value: &Value) -> Option<Box<dyn Iterator<Item = Value> + '_>> {
+fn columns(value: &Value) -> Option<Vec<Value>> {
     let object = value.as_object()?;
     if let Some(rows) = split_by_pandas(object).or_else(|| columns_by_pandas(object)) {
-        return Some(Box::new(rows.into_iter()));
+        return Some(rows);
     }
     let of_rows = |value: &Value| {
         value
@@ -350,11 +351,12 @@ fn columns(value: &Value) -> Option<Box<dyn Iterator<Item = Value> + '_>> {
         let beside: serde_json::Map<String, Value> = beside
             .map(|(key, value)| (key.clone(), value.clone()))
             .collect();
-        return Some(Box::new(rows.iter().map(move |row| {
+        let whole = |row: &Value| {
             let mut whole = beside.clone();
             whole.extend(row.as_object().cloned().unwrap_or_default());
             Value::Object(whole)
-        })));
+        };
+        return Some(rows.iter().map(whole).collect());
     }
     let of_frames = |value: &&Value| {
         let Some(first) = value.as_array().and_then(|frames| frames.first()) else {
@@ -363,14 +365,14 @@ fn columns(value: &Value) -> Option<Box<dyn Iterator<Item = Value> + '_>> {
         first.is_array() && leaves(first) >= PIXELS
     };
     let count = object.values().find(of_frames)?.as_array()?.len();
-    let rows = (0..count).map(move |row| {
-        let each = object.iter().filter_map(move |(name, values)| {
+    let row = |row: usize| {
+        let each = object.iter().filter_map(|(name, values)| {
             let values = values.as_array().filter(|values| values.len() == count)?;
             Some((name.clone(), values.get(row)?.clone()))
         });
         Value::Object(each.collect())
-    });
-    Some(Box::new(rows))
+    };
+    Some((0..count).map(row).collect())
 }
 
 /// Pandas' `to_json(orient="split")`: names, an index, and rows.

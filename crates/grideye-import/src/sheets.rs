@@ -1,9 +1,7 @@
 //! Workbooks (`.xlsx`): a sheet is a text of cells separated by tabs, so that all layouts of texts are read.
 
-use crate::cell::RawRow;
 use crate::columns::Columns;
 use crate::error::ImportError;
-use crate::source::Rows;
 use crate::text::{Separator, TextRows};
 use calamine::{DataRef, ExcelDateTime, ExcelDateTimeType, Reader, SheetType, Xlsx, XlsxError};
 use core::time::Duration;
@@ -24,14 +22,11 @@ const HINT: &str =
 const DAYS_TO_1904: f64 = 1_462.0;
 const SECONDS_PER_DAY: u64 = 86_400;
 
-/// The rows of one sheet.
-pub(crate) struct SheetRows {
-    name: String,
-    rows: TextRows<Cursor<String>>,
-}
-
 /// The rows of the sheet with frames, or of the one that is asked for.
-pub(crate) fn rows(bytes: Vec<u8>, said: &Columns) -> Result<SheetRows, ImportError> {
+pub(crate) fn rows(
+    bytes: Vec<u8>,
+    said: &Columns,
+) -> Result<TextRows<Cursor<String>>, ImportError> {
     let mut book = Xlsx::new(Cursor::new(bytes)).map_err(|error| wrong(&error))?;
     let sheets = book.sheets_metadata().iter();
     let sheets = sheets.filter(|sheet| sheet.typ == SheetType::WorkSheet);
@@ -56,8 +51,7 @@ pub(crate) fn rows(bytes: Vec<u8>, said: &Columns) -> Result<SheetRows, ImportEr
         return Err(several(found.iter().map(|(place, _)| *place), &names));
     }
     let (place, rows) = found.pop().ok_or(without)?;
-    let name = names[place].clone();
-    Ok(SheetRows { name, rows })
+    Ok(rows.called(format!("the sheet {} of a workbook", names[place])))
 }
 
 fn several(places: impl ExactSizeIterator<Item = usize>, names: &[String]) -> ImportError {
@@ -190,23 +184,5 @@ fn wrong(error: &XlsxError) -> ImportError {
         expected: "a whole workbook".to_owned(),
         found: error.to_string(),
         hint: HINT,
-    }
-}
-
-impl Rows for SheetRows {
-    fn names(&self) -> Option<&[String]> {
-        self.rows.names()
-    }
-
-    fn next(&mut self) -> Result<Option<RawRow>, ImportError> {
-        self.rows.next()
-    }
-
-    fn skipped(&self) -> u64 {
-        self.rows.skipped()
-    }
-
-    fn container(&self) -> String {
-        format!("the sheet {} of a workbook", self.name)
     }
 }

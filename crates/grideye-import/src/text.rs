@@ -39,6 +39,8 @@ pub(crate) struct TextRows<R> {
     ended: bool,
     ends: Ends,
     skipped: u64,
+    /// What the container is, if it is more than a text.
+    container: Option<String>,
 }
 
 impl<R: Read> TextRows<R> {
@@ -73,7 +75,15 @@ impl<R: Read> TextRows<R> {
             ended: false,
             ends: Ends::default(),
             skipped: 0,
+            container: None,
         })
+    }
+
+    pub(crate) fn called(self, container: String) -> Self {
+        Self {
+            container: Some(container),
+            ..self
+        }
     }
 
     fn line(&mut self) -> Result<Option<Line>, ImportError> {
@@ -192,6 +202,9 @@ impl<R: Read> Rows for TextRows<R> {
     }
 
     fn container(&self) -> String {
+        if let Some(container) = &self.container {
+            return container.clone();
+        }
         match self.layout.blocks {
             None => format!(
                 "a text of fields separated by {}",
