@@ -9,7 +9,6 @@ use crate::constants::{
     BEYOND, ERRORS_TOLD, KIN_MIN, LIKENESS_MIN, OFFSET_LIKENESS_MIN, ORIENTATION_MARGIN, SAME_MIN,
     STILL_WEIGHT,
 };
-use crate::error::ValidatorError;
 use crate::frames::types::Pixels;
 use crate::numbers::mean_frame;
 use std::time::Duration;
@@ -19,32 +18,6 @@ pub const SAMPLE_MAX: usize = 2_048;
 /// Alignment uses this much of a recording, from its first frame.
 pub const SPAN_MAX: Duration = Duration::from_secs(600);
 const OFFSET_SOUGHT_PX: f64 = 1.5;
-
-/// Aligns a recording with other frames: ascending times in s with frames in °C. `None` if either side has fewer than
-/// two.
-///
-/// # Errors
-/// A bound out of range.
-pub fn align_series(
-    series: (&[f64], &[[f64; 64]]),
-    recording: (&[f64], &[[f64; 64]]),
-    options: &AlignOptions,
-) -> Result<Option<TimeFound>, ValidatorError> {
-    options.check()?;
-    let is_usable =
-        |(times_s, frames): (&[f64], &[Pixels])| times_s.len() == frames.len() && frames.len() > 1;
-    if !is_usable(series) || !is_usable(recording) {
-        return Ok(None);
-    }
-    let sample = Sample::new(recording.0.to_vec(), recording.1.to_vec()).thinned(SAMPLE_MAX);
-    let aligner = Aligner {
-        bounds: options.bounds(recording.0[0]),
-        sample,
-        series: Series::of_frames(series.0, series.1),
-        mean_c: [0.0; grideye_frame::PIXELS],
-    };
-    Ok(Some(aligner.time(options.time).1))
-}
 
 pub(crate) struct Aligner {
     sample: Sample,

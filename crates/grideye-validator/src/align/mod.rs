@@ -11,8 +11,7 @@
 //! - By default it finds a delay and a clock rate within bounds; half a second is a third of a meter of walking.
 //! - The search looks beyond the bounds. If a better fit lies there, nothing is applied.
 //! - Each pixel loses its mean over time, so only motion counts and static errors stay in the scores.
-//! - No delay gains by dropping frames: before and after a walk its people stand, and other series explain nothing
-//!   there.
+//! - No delay gains by dropping frames: before and after a walk its people stand.
 //! - Fifteen decoys (the scene turned, mirrored, run backwards) get the same freedom. A fit no better than the best
 //!   decoy is not applied.
 //!
@@ -25,7 +24,7 @@ pub(crate) mod space;
 pub(crate) mod time_search;
 pub(crate) mod types;
 
-pub use aligner::{SAMPLE_MAX, SPAN_MAX, align_series};
+pub use aligner::{SAMPLE_MAX, SPAN_MAX};
 pub use space::Orientation;
 pub use types::{
     AlignOptions, Alignment, OFFSET_MAX_PX, OffsetFound, OrientationFound, RATE_MAX, SHIFT_MAX,

@@ -17,15 +17,6 @@ pub(crate) struct Series {
     first_s: f64,
     step_s: f64,
     frames: Vec<Pixels>,
-    ends: Ends,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Ends {
-    /// People wait at the start and stay at the end, so no delay gains by moving frames beyond the ends.
-    Stand,
-    /// Frames from elsewhere claim nothing outside their times.
-    Nothing,
 }
 
 /// The recording's frames at unaligned scene times, each pixel less its mean over all of them.
@@ -67,24 +58,10 @@ impl Series {
         // On the same steps from the scene's start for whoever asks, so that no moment is rendered twice.
         let [first, last] = [from_s.max(0.0) / STEP_S, until_s / STEP_S];
         let [first_s, last_s] = [first.floor(), last.ceil()].map(|step| step * STEP_S);
-        Self::evenly(first_s, last_s, Ends::Stand, frame)
+        Self::evenly(first_s, last_s, frame)
     }
 
-    /// Resamples frames at ascending times to even intervals, linearly.
-    pub(crate) fn of_frames(times_s: &[f64], frames: &[Pixels]) -> Self {
-        let first_s = times_s.first().copied().unwrap_or_default();
-        let last_s = times_s.last().copied().unwrap_or_default();
-        let at = |time_s: f64| -> Pixels {
-            let next = times_s.partition_point(|other_s| *other_s <= time_s);
-            let next = next.clamp(1, times_s.len() - 1);
-            let (left_s, right_s) = (times_s[next - 1], times_s[next]);
-            let share = ((time_s - left_s) / (right_s - left_s).max(f64::MIN_POSITIVE)).min(1.0);
-            blended(&frames[next - 1], &frames[next], share)
-        };
-        Self::evenly(first_s, last_s, Ends::Nothing, at)
-    }
-
-    fn evenly(first_s: f64, last_s: f64, ends: Ends, frame: impl Fn(f64) -> Pixels) -> Self {
+    pub(super) fn evenly(first_s: f64, last_s: f64, frame: impl Fn(f64) -> Pixels) -> Self {
         let span_s = (last_s - first_s).max(0.0);
         // Less what rounding adds to a whole number.
         let steps = (span_s / STEP_S - 1e-6).ceil();
@@ -95,7 +72,6 @@ impl Series {
             first_s,
             step_s,
             frames: (0..=index(steps)).map(frame).collect(),
-            ends,
         }
     }
 
@@ -113,29 +89,21 @@ impl Series {
         }
     }
 
-    /// The frame at a scene time; beyond the ends the last frame, or `None` for [`Ends::Nothing`].
-    pub(crate) fn at(&self, time_s: f64) -> Option<Pixels> {
+    /// The frame at a scene time; beyond the ends the last one: people wait at the start and stay at the end, so no delay
+    /// gains by moving frames there.
+    pub(crate) fn at(&self, time_s: f64) -> Pixels {
         let place = (time_s - self.first_s) / self.step_s;
         let last = self.frames.len() - 1;
-        // Rounding must not cost the last frame of a walk that ends on it.
-        let is_within = (-1e-6..=count(last) + 1e-6).contains(&place);
-        if self.ends == Ends::Nothing && !is_within {
-            return None;
-        }
         let before = index(place.max(0.0)).min(last.saturating_sub(1));
         let share = (place - count(before)).clamp(0.0, 1.0);
         let (left, right) = (&self.frames[before], &self.frames[(before + 1).min(last)]);
-        Some(blended(left, right, share))
+        std::array::from_fn(|pixel| left[pixel] + share * (right[pixel] - left[pixel]))
     }
 }
 
 /// The moment nearest to a time at which a series has a frame.
 pub(crate) fn nearest_step_s(time_s: f64) -> f64 {
     (time_s / STEP_S).round() * STEP_S
-}
-
-fn blended(left: &Pixels, right: &Pixels, share: f64) -> Pixels {
-    std::array::from_fn(|pixel| left[pixel] + share * (right[pixel] - left[pixel]))
 }
 
 impl Sample {
@@ -165,12 +133,8 @@ impl Sample {
 
     /// What the scene would have recorded at the same times.
     pub(crate) fn of_scene(&self, series: &Series) -> Self {
-        let (times_s, frames) = self
-            .times_s
-            .iter()
-            .filter_map(|&time_s| Some((time_s, series.at(time_s)?)))
-            .unzip();
-        Self::new(times_s, frames)
+        let frames = self.times_s.iter().map(|&time_s| series.at(time_s));
+        Self::new(self.times_s.clone(), frames.collect())
     }
 
     pub(crate) fn thinned(&self, number: usize) -> Self {
@@ -188,7 +152,7 @@ impl Sample {
         }
     }
 
-    /// How well the scene's moving part explains this sample; frames without a claim still count in the denominator.
+    /// How well the scene's moving part explains this sample.
     pub(crate) fn fit(&self, series: &Series, scene_s: impl Fn(f64) -> f64) -> Fit {
         self.sums(series, scene_s).fit(self.energy)
     }
@@ -201,9 +165,7 @@ impl Sample {
     fn sums(&self, series: &Series, scene_s: impl Fn(f64) -> f64) -> FitSums {
         let mut sums = FitSums::default();
         for (&time_s, real) in self.times_s.iter().zip(&self.frames) {
-            if let Some(claim) = series.at(scene_s(time_s)) {
-                sums.add(real, &claim);
-            }
+            sums.add(real, &series.at(scene_s(time_s)));
         }
         sums
     }
@@ -275,35 +237,28 @@ mod tests {
         })
     }
 
-    fn series(seconds: u32) -> (Vec<f64>, Vec<Pixels>) {
-        (0..=seconds * 10)
-            .map(|index| (f64::from(index) / 10.0, spot(f64::from(index) / 10.0)))
-            .unzip()
+    fn times_and_frames() -> (Vec<f64>, Vec<Pixels>) {
+        let times_s = (0..=200).map(|index| f64::from(index) / 10.0);
+        times_s.map(|time_s| (time_s, spot(time_s))).unzip()
     }
 
     #[test]
-    fn a_series_returns_its_frames_and_none_beyond_its_ends() {
-        let (times_s, frames) = series(10);
-        let series = Series::of_frames(&times_s, &frames);
-        for (time_s, frame) in times_s.iter().zip(&frames) {
-            let seen = series.at(*time_s).unwrap();
-            assert!(seen.iter().zip(frame).all(|(a, b)| (a - b).abs() < 1e-9));
-        }
-        let between = series.at(4.05).unwrap();
-        assert!((between[24] - f64::midpoint(frames[40][24], frames[41][24])).abs() < 1e-9);
-        assert!(series.at(-0.01).is_none() && series.at(10.01).is_none());
-        let back = series.reversed().at(2.0).unwrap();
-        assert!((back[24] - frames[80][24]).abs() < 1e-9);
+    fn a_series_returns_its_frames_and_blends_between_them() {
+        let series = Series::evenly(0.0, 10.0, spot);
+        let is_near = |found: Pixels, expected: Pixels| {
+            let mut both = found.iter().zip(&expected);
+            both.all(|(one, other)| (one - other).abs() < 1e-9)
+        };
+        assert!(is_near(series.at(4.05), spot(4.05)));
+        let halfway = f64::midpoint(spot(4.0)[24], spot(4.05)[24]);
+        assert!((series.at(4.025)[24] - halfway).abs() < 1e-9);
+        assert!(is_near(series.reversed().at(2.0), spot(8.0)));
     }
 
     /// Before and after a walk its people stand, even when it runs backwards.
     #[test]
     fn people_stand_still_before_and_after_the_walk() {
-        let (times_s, frames) = series(10);
-        let series = Series {
-            ends: Ends::Stand,
-            ..Series::of_frames(&times_s, &frames)
-        };
+        let series = Series::evenly(0.0, 10.0, spot);
         assert_eq!(series.at(-3.0), series.at(0.0));
         assert_eq!(series.at(99.0), series.at(10.0));
         assert_ne!(series.at(0.0), series.at(10.0));
@@ -313,17 +268,16 @@ mod tests {
 
     #[test]
     fn a_series_of_any_length_has_a_bounded_number_of_frames() {
-        let series = Series::of_frames(&[0.0, 1e6], &[[0.0; PIXELS], [1.0; PIXELS]]);
+        let series = Series::evenly(0.0, 1e6, |time_s| [time_s / 1e6; PIXELS]);
         assert_eq!(series.frames.len(), SCENE_FRAMES_MAX);
-        assert!((series.at(2.5e5).unwrap()[7] - 0.25).abs() < 1e-9);
-        assert!(series.at(1e6).is_some() && series.at(1e6 + 1.0).is_none());
+        assert!((series.at(2.5e5)[7] - 0.25).abs() < 1e-9);
     }
 
     /// Amplitude and pixel offsets do not change the likeness: it is a correlation.
     #[test]
     fn the_fit_is_the_correlation_of_what_moves() {
-        let (times_s, frames) = series(20);
-        let series = Series::of_frames(&times_s, &frames);
+        let (times_s, frames) = times_and_frames();
+        let series = Series::evenly(0.0, 20.0, spot);
         let doubled = frames
             .iter()
             .map(|frame| std::array::from_fn(|pixel| 20.0 + count(pixel) + 2.0 * frame[pixel]))
@@ -333,19 +287,8 @@ mod tests {
         assert!((fit.likeness - 1.0).abs() < 1e-9 && (fit.amplitude - 2.0).abs() < 1e-9);
         assert!(fit.left_c2 < 1e-6 * sample.energy);
         assert!(sample.fit(&series, |time_s| time_s + 0.5).likeness < 0.95);
-        let still = Series::of_frames(&[0.0, 20.0], &[[3.0; PIXELS], [3.0; PIXELS]]);
+        let still = Series::evenly(0.0, 20.0, |_| [3.0; PIXELS]);
         let nothing = sample.fit(&still, |time_s| time_s);
         assert_eq!(nothing, Fit::nothing(sample.energy));
-    }
-
-    /// Frames without a claim cost their squares.
-    #[test]
-    fn frames_pushed_out_of_the_scene_cost_their_squares() {
-        let (times_s, frames) = series(20);
-        let series = Series::of_frames(&times_s, &frames);
-        let sample = Sample::new(times_s, frames);
-        // Exact except for the quarter of the frames moved out of the series.
-        let fit = sample.fit(&series, |time_s| if time_s < 15.0 { time_s } else { -1.0 });
-        assert!((0.5..0.95).contains(&fit.likeness), "{fit:?}");
     }
 }

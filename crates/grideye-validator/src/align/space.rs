@@ -90,9 +90,9 @@ pub(crate) struct Pairs(Vec<(Pixels, Pixels)>, f64);
 
 impl Pairs {
     pub(crate) fn moving(sample: &Sample, series: &Series, scene_s: impl Fn(f64) -> f64) -> Self {
-        let pair = |(&time_s, real): (&f64, &Pixels)| Some((*real, series.at(scene_s(time_s))?));
+        let pair = |(&time_s, real): (&f64, &Pixels)| (*real, series.at(scene_s(time_s)));
         let frames = sample.times_s.iter().zip(&sample.frames);
-        Self(frames.filter_map(pair).collect(), sample.energy)
+        Self(frames.map(pair).collect(), sample.energy)
     }
 
     fn likeness(&self, right_px: f64, down_px: f64) -> f64 {

@@ -11,6 +11,5 @@
 
 mod bench;
 mod findings;
-mod real;
 mod recovery;
 mod wrong_scenes;
