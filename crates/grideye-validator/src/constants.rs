@@ -65,12 +65,8 @@ pub(crate) const IN_STEP: f64 = 0.02;
 pub(crate) const MEANS_MIN: usize = 30;
 /// Sigmas from which a change is not noise, which makes as much once in a hundred days.
 pub(crate) const MOVED_SIGMAS: f64 = 6.0;
-/// Shorter recordings have no trend, seconds: a few steps of the thermistor are no drift.
-pub(crate) const TREND_SPAN_MIN_S: f64 = 60.0;
 /// An interval longer than this many medians is a stall.
 pub(crate) const STALL_PERIODS: f64 = 2.5;
-/// An interval shorter than this share of the median is a burst, as follows a stall.
-pub(crate) const BURST_PERIODS: f64 = 0.25;
 /// Smallest jump of the wall clock against the boot clock between two frames, nanoseconds.
 pub(crate) const JUMP_MIN_NS: i128 = 500_000_000;
 

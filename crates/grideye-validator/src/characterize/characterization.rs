@@ -247,9 +247,8 @@ impl Characterizer {
         let pixels = decoded(raw);
         self.steps.push(raw);
         let thermistor = raw.thermistor.map(grideye_frame::word::thermistor_celsius);
-        let (t_boot_ns, follows) = (record.stamp.t_boot_ns, self.before.is_some());
-        self.thermistor
-            .push(thermistor, &pixels, t_boot_ns, follows);
+        let follows = self.before.is_some();
+        self.thermistor.push(thermistor, &pixels, follows);
         let (pixels, standing) = self.faults.push(&pixels, self.before.as_ref());
         if let (Some(before), Standing::Own) = (&self.before, standing) {
             self.noise.push(&apart(&pixels, before));
@@ -276,7 +275,7 @@ impl Characterizer {
         let sigma_c = self.noise.noise_c();
         let faults = self.faults.finish();
         let segments = self.segments.finish(&timing, &faults, &sigma_c);
-        let thermistor = self.thermistor.finish(timing.jumps);
+        let thermistor = self.thermistor.finish();
         Ok(Characterization {
             frames: self.frames,
             missing: self.missing,

@@ -1,7 +1,7 @@
 //! Measures the sensor from a recording: rate, steps, noise, common mode, pattern, faults, thermistor, people in view.
 //!
 //! ```text
-//!  records ──▶ Characterizer ──┬─ times     rate, jitter, stalls, bursts, gaps, jumps of the clock
+//!  records ──▶ Characterizer ──┬─ times     rate, stalls, gaps, jumps of the clock
 //!   of one      (constant      ├─ words     steps, torn frames, duplicates, glitches
 //!   stream       memory)       ├─ pairs     noise of each pixel, without people walking through
 //!                              ├─ segments  common mode, its five-frame cycle, pattern, Allan deviation, people in view

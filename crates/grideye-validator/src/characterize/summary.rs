@@ -138,17 +138,12 @@ impl Characterization {
 
     fn add_timing(&self, lines: &mut Lines) {
         let timing = &self.timing;
-        let ms = |seconds: f64| fixed(1000.0 * seconds, 2);
         lines.add("length, s", fixed(timing.span_s, 1), "");
         let rate = fixed(timing.rate_hz, 3);
         lines.add("frame rate of the recording, Hz", rate, "stalls left out");
-        let [shortest, longest] = [timing.shortest_percent_s, timing.longest_percent_s].map(ms);
-        let jitter = ms(timing.jitter_s);
-        let range = format!("99 % between {shortest} and {longest}");
-        lines.add("jitter of the interval, ms", jitter, range);
-        let longest = format!("longest interval {} ms", ms(timing.longest_s));
+        let longest = fixed(1000.0 * timing.longest_s, 2);
+        let longest = format!("longest interval {longest} ms");
         lines.add("stalls", timing.stalls, longest);
-        lines.add("bursts", timing.bursts, "");
         let jumps = timing.listed_jumps.iter();
         let jumps: Vec<String> = jumps
             .map(|jump| format!("{} s at frame {}", fixed(jump.by_s, 1), jump.seq))
@@ -245,11 +240,8 @@ impl Characterization {
             format!("{mean} over {scene}"),
         );
         lines.add("thermistor over the scene, °C", above, both);
-        let trend = thermistor.drift_c_per_hour.map_or(String::new(), |trend| {
-            format!("trend {} °C an hour", signed(trend, 1))
-        });
         let sigma = fixed(thermistor.sigma_c, 3);
-        lines.add("noise of the thermistor, °C", sigma, trend);
+        lines.add("noise of the thermistor, °C", sigma, "");
     }
 }
 

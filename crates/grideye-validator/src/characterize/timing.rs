@@ -1,6 +1,6 @@
-//! Timing of frames: rate, jitter, stalls, bursts and clock jumps.
+//! Timing of frames: rate, stalls and clock jumps.
 
-use crate::constants::{BURST_PERIODS, JUMP_MIN_NS, STALL_PERIODS};
+use crate::constants::{JUMP_MIN_NS, STALL_PERIODS};
 use crate::numbers::{long_count, whole};
 use grideye_recording::{ClockState, Stamp};
 use serde::Serialize;
@@ -25,17 +25,9 @@ pub struct Timing {
     /// Frame rate without stalls, Hz: from intervals of 0.5 to 1.5 medians; 0 if there is none.
     pub rate_hz: f64,
     pub period_s: f64,
-    /// Standard deviation of the intervals that count for the rate, seconds.
-    pub jitter_s: f64,
-    /// The 1 % quantile of the intervals, seconds.
-    pub shortest_percent_s: f64,
-    /// The 99 % quantile of the intervals, seconds.
-    pub longest_percent_s: f64,
     pub longest_s: f64,
     /// Intervals longer than 2.5 medians without a frame recorded as missing.
     pub stalls: u64,
-    /// Intervals shorter than a quarter of the median.
-    pub bursts: u64,
     /// Jumps of the wall clock against the boot clock.
     pub jumps: u64,
     /// The first [`JUMPS_LISTED_MAX`] of them.
@@ -66,7 +58,6 @@ pub(crate) struct Times {
 struct Bin {
     count: u64,
     sum_s: f64,
-    squares_s2: f64,
 }
 
 impl Bin {
@@ -93,20 +84,16 @@ impl Times {
     }
 
     pub(crate) fn finish(self) -> Timing {
-        let period_s = self.quantile_s(0.5);
+        let period_s = self.median_s();
         let periods = PERIODS.0 * period_s..=PERIODS.1 * period_s;
         let counted = self.sum(|interval_s| periods.contains(&interval_s));
-        let mean_s = counted.mean_s();
-        let variance = (counted.squares_s2 / long_count(counted.count) - mean_s * mean_s).max(0.0);
-        let some = counted.count > 0;
         Timing {
-            rate_hz: if some { 1.0 / mean_s } else { 0.0 },
+            rate_hz: match counted.count {
+                0 => 0.0,
+                _ => 1.0 / counted.mean_s(),
+            },
             period_s,
-            jitter_s: if some { variance.sqrt() } else { 0.0 },
-            shortest_percent_s: self.quantile_s(0.01),
-            longest_percent_s: self.quantile_s(0.99),
             stalls: self.sum(|by_s| by_s > STALL_PERIODS * period_s).count,
-            bursts: self.sum(|by_s| by_s < BURST_PERIODS * period_s).count,
             ..self.found
         }
     }
@@ -139,18 +126,17 @@ impl Times {
             .or_default();
         bin.count += 1;
         bin.sum_s += interval_s;
-        bin.squares_s2 += interval_s * interval_s;
         self.intervals += 1;
         self.found.longest_s = self.found.longest_s.max(interval_s);
         // The median changes little, and searching it each time would cost more than everything else.
         if self.intervals.is_power_of_two() || self.intervals % 1024 == 0 {
-            self.typical_s = self.quantile_s(0.5);
+            self.typical_s = self.median_s();
         }
         stalled
     }
 
-    fn quantile_s(&self, share: f64) -> f64 {
-        let wanted = share * long_count(self.intervals);
+    fn median_s(&self) -> f64 {
+        let wanted = 0.5 * long_count(self.intervals);
         let mut below = 0.0;
         for bin in self.bins.values() {
             below += long_count(bin.count);
@@ -166,7 +152,6 @@ impl Times {
         for bin in self.bins.values().filter(|bin| holds(bin.mean_s())) {
             sum.count += bin.count;
             sum.sum_s += bin.sum_s;
-            sum.squares_s2 += bin.squares_s2;
         }
         sum
     }
@@ -203,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn rate_and_jitter_leave_stalls_and_bursts_out() {
+    fn the_rate_leaves_stalls_and_bursts_out() {
         let mut times = Times::default();
         // 100 intervals of alternately 99 and 101 ms, a stall of 1.5 s, five frames 2 ms apart.
         let mut at = vec![0];
@@ -215,8 +200,7 @@ mod tests {
         assert!(broken[101]);
         let timing = times.finish();
         assert!((timing.rate_hz - 10.0).abs() < 1e-9);
-        assert!((timing.jitter_s - 0.001).abs() < 1e-9);
-        assert_eq!((timing.stalls, timing.bursts, timing.jumps), (1, 5, 0));
+        assert_eq!((timing.stalls, timing.jumps), (1, 0));
         assert!((timing.longest_s - 1.5).abs() < 1e-12);
         assert!((timing.span_s - 11.51).abs() < 1e-9);
     }
@@ -253,6 +237,5 @@ mod tests {
     fn an_empty_recording_gives_no_nan() {
         let timing = Times::default().finish();
         assert_eq!((timing.rate_hz, timing.period_s), (0.0, 0.0));
-        assert_eq!(timing.jitter_s, 0.0);
     }
 }
