@@ -58,7 +58,6 @@ fn warm_pixels(pixels: &[Celsius; PIXELS], above_c: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use grideye_recording::linaige::{Date, Reader, stream_from_file_name};
     use std::fs::File;
     use std::path::Path;
 
@@ -110,14 +109,13 @@ mod tests {
     fn counted(name: &str) -> [(usize, usize); 2] {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../recordings/linaige");
         let file = File::open(folder.join(name)).unwrap();
-        let date = Date::from_file_name(name).unwrap();
-        let rows = Reader::new(file, date, stream_from_file_name(name)).unwrap();
+        let rows = grideye_import::open(file, name, &grideye_import::Options::default()).unwrap();
         let mut counted = [(0, 0); 2];
         for row in rows {
             let row = row.unwrap();
-            let raw = row.row.record.reading.frame().copied().unwrap();
+            let raw = row.record.reading.frame().copied().unwrap();
             let seen = Presence::default().see(&word::pixels(&raw.pixels), &RULE, at(0));
-            let (found, of) = &mut counted[usize::from(row.people > 0)];
+            let (found, of) = &mut counted[usize::from(row.labels[0] != "0")];
             *found += usize::from(seen);
             *of += 1;
         }

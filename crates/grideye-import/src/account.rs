@@ -37,7 +37,7 @@ pub struct Tally {
 }
 
 impl Account {
-    pub(crate) fn of(plan: &Plan, container: String, zone: Option<String>) -> Self {
+    pub(crate) fn of(plan: &Plan, container: String, zone: &str) -> Self {
         let is_named =
             |column: usize| plan.has_names && plan.names[column] != format!("column{}", column + 1);
         let column = |column: usize| match is_named(column) {
@@ -74,7 +74,7 @@ impl Account {
                 Some(Scale::Since(unit)) => format!("{} since some start", named(unit)),
                 Some(Scale::Ticks) => "ticks of .NET, in UTC".to_owned(),
                 Some(Scale::Days) => "days as spreadsheets count them, in UTC".to_owned(),
-                None => zone.unwrap_or_default(),
+                None => zone.to_owned(),
             };
             format!("{}: {kind}", columns.join(" and "))
         });

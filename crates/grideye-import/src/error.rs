@@ -6,7 +6,7 @@ use grideye_recording::{RecordingError, sensor_of};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
-    /// A recording of this project or a LINAIGE session with a fault.
+    /// A recording of this project with a fault.
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// The file breaks here; what came before is good.
@@ -107,7 +107,7 @@ impl ImportError {
     #[must_use]
     pub const fn line(&self) -> Option<u64> {
         match self {
-            Self::Recording(error) => error.line(),
+            Self::Recording(error) => Some(error.line()),
             _ => None,
         }
     }

@@ -6,18 +6,21 @@ use crate::columns::Columns;
 use crate::container::{self, Unpacked, held};
 use crate::error::ImportError;
 use crate::frames::{Assumed, Frames};
+use crate::moment::{Moment, NS_PER_DAY, Order, parse};
 use crate::plan::Plan;
 use crate::source::Rows;
 use crate::text::TextRows;
 use crate::{json, tables};
 use core::time::Duration;
-use grideye_frame::PIXELS;
-use grideye_recording::{Layout, Row, StreamId, csv, linaige, sniff};
+use grideye_frame::{NAME_CHARS_MAX, PIXELS};
+use grideye_recording::{Row, StreamId, check_name, csv, is_recording};
 use std::collections::VecDeque;
 use std::io::{Cursor, Read};
 
 /// Rows by which the columns are told.
 const SAMPLE_ROWS: usize = 256;
+/// How a session of the LINAIGE data set begins (Xie, Daghero et al., arXiv 2304.06059).
+const LINAIGE: &[u8] = b"timestamp,thermistor,pixel0,";
 
 /// What is said about a file, instead of guessing.
 #[derive(Debug, Clone)]
@@ -45,11 +48,9 @@ pub struct Import {
     ended: bool,
 }
 
-type Known = Box<dyn Iterator<Item = Result<Row, ImportError>> + Send>;
-
 enum Source {
-    /// A layout that says what its columns are.
-    Known(Known),
+    /// A recording of this project.
+    Known(Box<dyn Iterator<Item = Result<Row, ImportError>> + Send>),
     Told(Box<Told>),
 }
 
@@ -61,7 +62,7 @@ struct Told {
     broken: Option<ImportError>,
 }
 
-/// Opens a recording of any layout: this project's CSV, LINAIGE, and what the crate's page lists. `name` is the file's
+/// Opens a recording of any layout: this project's CSV, and what the crate's page lists. `name` is the file's
 /// name; a day in it completes times of day, and it names the rows.
 ///
 /// # Errors
@@ -78,9 +79,13 @@ pub fn open(
         arrays,
         is_workbook,
     } = container::unpack(Box::new(input), name)?;
-    let layout = sniff(&head);
-    if let Some(found) = layout.and_then(|_| other_resolution(&head)) {
+    let is_session = head.starts_with(LINAIGE);
+    let is_known = is_session || is_recording(&head);
+    if let Some(found) = other_resolution(&head).filter(|_| is_known) {
         return Err(ImportError::OtherSensor { found });
+    }
+    if is_known && !is_session {
+        return recording(Cursor::new(head).chain(rest));
     }
     let said = &options.columns;
     let sheet = said.sheet.as_deref();
@@ -94,10 +99,8 @@ pub fn open(
     let is_parquet = head.starts_with(tables::MAGIC);
     let text = String::from_utf8_lossy(&head).into_owned();
     let input = Cursor::new(head).chain(rest);
-    let rows: Box<dyn Rows + Send> = match (layout, arrays) {
-        (Some(Layout::Recording), _) => return recording(input),
-        (Some(Layout::Linaige), _) => return session(input, &name),
-        (None, Some(arrays)) => Box::new(npz(&arrays, said)?),
+    let rows: Box<dyn Rows + Send> = match arrays {
+        Some(arrays) => Box::new(npz(&arrays, said)?),
         _ if is_workbook => workbook(held(input)?, said)?,
         _ if is_array => Box::new(npy(&held(input)?)?),
         _ if is_parquet => Box::new(tables::rows(held(input)?)?),
@@ -110,10 +113,10 @@ pub fn open(
         }
         _ => Box::new(TextRows::new(input, said)?),
     };
-    told(rows, &name, options)
+    told(rows, &name, options, is_session)
 }
 
-/// The number of pixels in a known layout's header, if it is not a Grid-EYE's.
+/// The number of pixels in a recording's header, if it is not a Grid-EYE's.
 fn other_resolution(head: &[u8]) -> Option<usize> {
     let line = head.split(|&byte| byte == b'\n').next().unwrap_or_default();
     let is_whole = line.len() < head.len();
@@ -143,38 +146,22 @@ fn workbook(_bytes: Vec<u8>, _said: &Columns) -> Result<Box<dyn Rows + Send>, Im
 
 fn recording(input: impl Read + Send + 'static) -> Result<Import, ImportError> {
     let reader = csv::Reader::new(input)?;
-    let labels = reader.labels().to_vec();
-    let rows: Known = Box::new(reader.map(|row| row.map_err(ImportError::from)));
-    Ok(known(rows, "a recording of this project", labels))
-}
-
-fn session(input: impl Read + Send + 'static, name: &str) -> Result<Import, ImportError> {
-    let date = linaige::Date::from_file_name(name)?;
-    let reader = linaige::Reader::new(input, date, linaige::stream_from_file_name(name))?;
-    let rows: Known = Box::new(reader.map(|row| {
-        row.map(linaige::LinaigeRow::labeled)
-            .map_err(ImportError::from)
-    }));
-    let labels = linaige::LABELS.map(str::to_owned).to_vec();
-    Ok(known(rows, "a session of the LINAIGE data set", labels))
-}
-
-fn known(rows: Known, container: &str, labels: Vec<String>) -> Import {
-    Import {
-        rows: Source::Known(rows),
+    Ok(Import {
+        labels: reader.labels().to_vec(),
+        rows: Source::Known(Box::new(reader.map(|row| row.map_err(ImportError::from)))),
         account: Account {
-            container: container.to_owned(),
+            container: "a recording of this project".to_owned(),
             taken: Vec::new(),
         },
-        labels,
         ended: false,
-    }
+    })
 }
 
 fn told(
     mut rows: Box<dyn Rows + Send>,
     name: &str,
     options: &Options,
+    is_session: bool,
 ) -> Result<Import, ImportError> {
     let (mut sample, mut broken) = (Vec::new(), None);
     while sample.len() < SAMPLE_ROWS && broken.is_none() {
@@ -186,28 +173,36 @@ fn told(
         }
     }
     let plan = Plan::of(rows.names(), &sample, &options.columns, rows.unit())?;
-    let midnight_ns = linaige::Date::from_file_name(name)
-        .ok()
-        .map(linaige::Date::midnight_utc_ns);
+    let midnight_ns = midnight_ns(name);
+    if is_session && midnight_ns.is_none() {
+        return Err(ImportError::unclear(
+            format!(
+                "file name {name:?}: expected a date as in Session2_2021-07-01_RoomB_v2.csv, found none"
+            ),
+            "rows of this layout give only the time of day; the date comes from the name",
+        ));
+    }
     let zone = match midnight_ns {
         Some(_) => {
             "time stamps, in UTC unless they say otherwise; the day of the file's name where they have none"
         }
         None => "time stamps, in UTC unless they say otherwise",
     };
-    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+    let (device, container) = match is_session {
+        true => ("linaige", "a session of the LINAIGE data set".to_owned()),
+        false => ("imported", rows.container()),
+    };
     let assumed = Assumed {
         stream: StreamId {
-            device: "imported".to_owned(),
+            device: device.to_owned(),
             sensor: "grid-eye".to_owned(),
-            // Only characters that a boot's name may have.
-            boot: linaige::stream_from_file_name(stem).boot,
+            boot: boot_of(name),
         },
         period_ns: u64::try_from(options.period.as_nanos()).unwrap_or(u64::MAX),
         midnight_ns,
     };
     Ok(Import {
-        account: Account::of(&plan, rows.container(), Some(zone.to_owned())),
+        account: Account::of(&plan, container, zone),
         labels: plan
             .labels
             .iter()
@@ -223,6 +218,33 @@ fn told(
     })
 }
 
+/// Midnight of the day in a file's name, as in `2021-07-01`, in nanoseconds since 1970.
+fn midnight_ns(name: &str) -> Option<i64> {
+    (0..name.len()).find_map(|at| {
+        let day = name.get(at..at + "2021-07-01".len())?;
+        let is_one = day.as_bytes()[4] == b'-' && day.as_bytes()[7] == b'-';
+        match parse(day, Some(Order::DayFirst)).filter(|_| is_one)? {
+            Moment::Day(day) => day.checked_mul(NS_PER_DAY),
+            _ => None,
+        }
+    })
+}
+
+/// The characters of a file's name that a boot's may have.
+fn boot_of(name: &str) -> String {
+    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+    let characters = stem.chars();
+    let boot: String = characters
+        .filter(|character| character.is_ascii_alphanumeric() || "._:-".contains(*character))
+        .skip_while(|character| !character.is_ascii_alphanumeric())
+        .take(NAME_CHARS_MAX)
+        .collect();
+    match check_name(&boot) {
+        Ok(()) => boot,
+        Err(_) => "session".to_owned(),
+    }
+}
+
 impl Import {
     /// What was taken for what.
     #[must_use]
@@ -236,7 +258,7 @@ impl Import {
         &self.labels
     }
 
-    /// What was counted so far; `None` for layouts that are read strictly.
+    /// What was counted so far; `None` for this project's recordings, which are read strictly.
     #[must_use]
     pub fn tally(&self) -> Option<Tally> {
         match &self.rows {

@@ -9,5 +9,4 @@ mod writer;
 
 pub use columns::{COLUMNS, LABELS_MAX, STREAMS_MAX, header, label};
 pub use reader::Reader;
-pub(crate) use reader::check_header;
 pub use writer::Writer;

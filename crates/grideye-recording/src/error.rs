@@ -104,20 +104,15 @@ pub enum RecordingError {
         /// The limit.
         limit: usize,
     },
-    /// A file name without the date that the LINAIGE layout needs.
-    #[error(
-        "file name {0}: expected a date as in Session2_2021-07-01_RoomB_v2.csv, found none\nhint: rows of this layout give only the time of day; the date comes from the name"
-    )]
-    FileNameWithoutDate(String),
     /// Writing an earlier row failed; the file ends there.
     #[error("line {0}: expected an intact file, found one with a failed last row")]
     WriterBroken(u64),
 }
 
 impl RecordingError {
-    /// The line of the file, from 1; `None` where the whole file is meant.
+    /// The line of the file, from 1.
     #[must_use]
-    pub const fn line(&self) -> Option<u64> {
+    pub const fn line(&self) -> u64 {
         match self {
             Self::Io { line, .. }
             | Self::CutLine { line, .. }
@@ -127,9 +122,8 @@ impl RecordingError {
             | Self::Cell { line, .. }
             | Self::NotAscending { line, .. }
             | Self::TooManyStreams { line, .. }
-            | Self::WriterBroken(line) => Some(*line),
-            Self::Empty(_) | Self::UnknownHeader { .. } => Some(1),
-            _ => None,
+            | Self::WriterBroken(line) => *line,
+            Self::Empty(_) | Self::UnknownHeader { .. } => 1,
         }
     }
 }

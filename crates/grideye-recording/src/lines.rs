@@ -148,25 +148,3 @@ impl<'l> Line<'l> {
         }
     }
 }
-
-/// Turns a reader with a method `row` and a field `ended` into an iterator over its rows, up to the first error.
-macro_rules! rows_until_error {
-    ($reader:ident, $row:ty) => {
-        impl<R: ::std::io::Read> Iterator for $reader<R> {
-            type Item = Result<$row, $crate::error::RecordingError>;
-
-            fn next(&mut self) -> Option<Self::Item> {
-                if self.ended {
-                    return None;
-                }
-                let item = self.row().transpose();
-                self.ended = !matches!(item, Some(Ok(_)));
-                item
-            }
-        }
-
-        impl<R: ::std::io::Read> ::std::iter::FusedIterator for $reader<R> {}
-    };
-}
-
-pub(crate) use rows_until_error;

@@ -1,36 +1,21 @@
-//! Detects a file's layout from its beginning, and another sensor from its number of pixels.
+//! Detects a recording from its beginning, and another sensor from its number of pixels.
 
 use crate::lines::BYTE_ORDER_MARK;
 
-/// A layout that this crate reads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Layout {
-    /// The CSV recording format: [`csv::Reader`](crate::csv::Reader).
-    Recording,
-    /// The layout of the LINAIGE data set: [`linaige::Reader`](crate::linaige::Reader).
-    Linaige,
-}
-
-/// The layout of a file from its first line; `None` if it is another's. The first columns identify even a faulty header, so that the layout's own reader can name the fault.
+/// Whether a file is a recording of this project, by the first columns: they identify even a faulty header, so that
+/// [`csv::Reader`](crate::csv::Reader) can name the fault.
 ///
 /// ```
-/// use grideye_recording::{Layout, sniff};
-/// assert_eq!(sniff("timestamp,thermistor,pixel0,pixel1"), Some(Layout::Linaige));
-/// assert_eq!(sniff(grideye_recording::csv::header()), Some(Layout::Recording));
-/// assert_eq!(sniff("23.25,".repeat(64)), None);
-/// assert_eq!(sniff("P5 8 8 255"), None);
+/// use grideye_recording::is_recording;
+/// assert!(is_recording(grideye_recording::csv::header()));
+/// assert!(!is_recording("timestamp,thermistor,pixel0,pixel1"));
+/// assert!(!is_recording("23.25,".repeat(64)));
 /// ```
 #[must_use]
-pub fn sniff(first_line: impl AsRef<[u8]>) -> Option<Layout> {
-    let beginning = first_line.as_ref();
+pub fn is_recording(beginning: impl AsRef<[u8]>) -> bool {
+    let beginning = beginning.as_ref();
     let beginning = beginning.strip_prefix(BYTE_ORDER_MARK).unwrap_or(beginning);
-    if beginning.starts_with(b"device,sensor,boot,seq,") {
-        Some(Layout::Recording)
-    } else if beginning.starts_with(b"timestamp,thermistor,pixel0,") {
-        Some(Layout::Linaige)
-    } else {
-        None
-    }
+    beginning.starts_with(b"device,sensor,boot,seq,")
 }
 
 /// Sizes of images of other sensors, and of those that people interpolate to.

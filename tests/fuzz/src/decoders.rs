@@ -7,9 +7,8 @@ use grideye_agent::config::Config;
 use grideye_agent::join::{JoinLine, Joined};
 use grideye_agent::spool::segment::{Encoder, Entries, Entry, crc32c};
 use grideye_collector::store::segment as sealed_segment;
-use grideye_recording::linaige::{self, Date, stream_from_file_name};
 use grideye_recording::wire::{Acknowledgement, Batch};
-use grideye_recording::{csv, sniff};
+use grideye_recording::{csv, is_recording};
 use grideye_scene::Scene;
 use grideye_scene::profile::Profile;
 use std::io;
@@ -18,11 +17,10 @@ use std::io;
 pub(crate) type Decoder = fn(&[u8]);
 
 /// Every decoder by its name.
-pub(crate) const DECODERS: [(&str, Decoder); 9] = [
+pub(crate) const DECODERS: [(&str, Decoder); 8] = [
     ("wire", wire),
     ("binary", binary),
     ("csv", recording),
-    ("linaige", session),
     ("scene", scene),
     ("join", join),
     ("segment", segment),
@@ -54,20 +52,9 @@ fn binary(data: &[u8]) {
 
 fn recording(data: &[u8]) {
     let first = data.split(|byte| *byte == b'\n').next().unwrap_or_default();
-    let _ = sniff(first);
+    let _ = is_recording(first);
     if let Ok(reader) = csv::Reader::new(data) {
         // It ends at the first row that is not understood.
-        let rows = reader.take_while(Result::is_ok).count();
-        assert!(rows <= data.len());
-    }
-}
-
-fn session(data: &[u8]) {
-    let (Some(date), stream) = (Date::new(2021, 7, 1), stream_from_file_name("Session2.csv"))
-    else {
-        return;
-    };
-    if let Ok(reader) = linaige::Reader::new(data, date, stream) {
         let rows = reader.take_while(Result::is_ok).count();
         assert!(rows <= data.len());
     }
@@ -76,7 +63,11 @@ fn session(data: &[u8]) {
 /// Files of other people.
 fn bare(data: &[u8]) {
     let options = grideye_import::Options::default();
-    let opened = grideye_import::open(io::Cursor::new(data.to_vec()), "frames.csv", &options);
+    let opened = grideye_import::open(
+        io::Cursor::new(data.to_vec()),
+        "frames_2021-07-01.csv",
+        &options,
+    );
     if let Ok(import) = opened {
         assert!(import.take_while(Result::is_ok).count() <= data.len());
     }

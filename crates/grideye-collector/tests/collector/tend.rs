@@ -8,7 +8,6 @@ use grideye_collector::{
 };
 use grideye_frame::{NoData, Reading};
 use grideye_recording::Record;
-use grideye_recording::linaige::{self, Date, stream_from_file_name};
 use grideye_recording::wire::Batch;
 use std::path::Path;
 use std::sync::Arc;
@@ -255,17 +254,12 @@ async fn a_real_session_takes_at_most_32_bytes_a_frame_in_the_file() {
     };
     let store = open(folder.path(), &limits);
     let name = "Session2_2021-07-01_RoomB_v2.csv";
-    let text = std::fs::read(format!(
+    let file = std::fs::File::open(format!(
         "{}/../../recordings/linaige/{name}",
         env!("CARGO_MANIFEST_DIR")
-    ))
-    .unwrap();
-    let rows = linaige::Reader::new(
-        text.as_slice(),
-        Date::from_file_name(name).unwrap(),
-        stream_from_file_name(name),
-    );
-    let session: Vec<Record> = rows.unwrap().map(|row| row.unwrap().row.record).collect();
+    ));
+    let rows = grideye_import::open(file.unwrap(), name, &grideye_import::Options::default());
+    let session: Vec<Record> = rows.unwrap().map(|row| row.unwrap().record).collect();
     // Fourteen devices, so that the file's empty tables weigh little; no segment has a frame twice.
     let recording = store.start_recording("all".to_owned(), 1).await.unwrap();
     let mut post = 0;

@@ -7,6 +7,8 @@ mod faults;
 #[cfg(test)]
 mod layouts;
 #[cfg(test)]
+mod linaige;
+#[cfg(test)]
 mod loggers;
 #[cfg(test)]
 mod support;

@@ -3,7 +3,7 @@
 use crate::cell::{Cell, Column};
 use crate::csv::columns::{COLUMNS, LABELS_MAX, Sequences, header, pixel_column};
 use crate::error::RecordingError;
-use crate::lines::{Line, Lines, rows_until_error};
+use crate::lines::{Line, Lines};
 use crate::record::{CLOCK_STATES, Record, Row, Stamp, StreamId};
 use crate::text::quoted;
 use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame};
@@ -26,7 +26,7 @@ impl<R: Read> Reader<R> {
     /// [`RecordingError`] if the first line is not the header of this format.
     pub fn new(input: R) -> Result<Self, RecordingError> {
         let mut lines = Lines::new(input);
-        let labels = check_header(&mut lines, &header(), "device,sensor,boot,seq")?;
+        let labels = check_header(&mut lines)?;
         Ok(Self {
             lines,
             labels,
@@ -58,25 +58,39 @@ impl<R: Read> Reader<R> {
     }
 }
 
-rows_until_error!(Reader, Row);
+impl<R: Read> Iterator for Reader<R> {
+    type Item = Result<Row, RecordingError>;
 
-pub(crate) fn check_header<R: Read>(
-    lines: &mut Lines<R>,
-    header: &str,
-    beginning: &'static str,
-) -> Result<Vec<String>, RecordingError> {
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let item = self.row().transpose();
+        self.ended = !matches!(item, Some(Ok(_)));
+        item
+    }
+}
+
+impl<R: Read> std::iter::FusedIterator for Reader<R> {}
+
+/// The names of the columns of labels.
+fn check_header<R: Read>(lines: &mut Lines<R>) -> Result<Vec<String>, RecordingError> {
+    let header = header();
     let Some(line) = lines.next()? else {
-        return Err(RecordingError::Empty(beginning));
+        return Err(RecordingError::Empty("device,sensor,boot,seq"));
     };
-    let rest = line.text.strip_prefix(header).and_then(|rest| match rest {
-        "" => Some(Vec::new()),
-        rest => Some(
-            rest.strip_prefix(',')?
-                .split(',')
-                .map(str::to_owned)
-                .collect(),
-        ),
-    });
+    let rest = line
+        .text
+        .strip_prefix(header.as_str())
+        .and_then(|rest| match rest {
+            "" => Some(Vec::new()),
+            rest => Some(
+                rest.strip_prefix(',')?
+                    .split(',')
+                    .map(str::to_owned)
+                    .collect(),
+            ),
+        });
     if let Some(names) = rest.filter(|names| names.len() <= LABELS_MAX) {
         return if line.ended {
             Ok(names)

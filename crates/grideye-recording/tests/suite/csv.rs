@@ -4,7 +4,7 @@ use crate::golden;
 use crate::made_up::any_records;
 use grideye_frame::{NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::csv::{COLUMNS, Reader, STREAMS_MAX, Writer, header};
-use grideye_recording::{COUNT_MAX, Layout, Record, RecordingError, Row, StreamId, sniff};
+use grideye_recording::{COUNT_MAX, Record, RecordingError, Row, StreamId, is_recording};
 use proptest::prelude::*;
 use std::io::{self, Read, Write};
 
@@ -468,10 +468,10 @@ fn a_recording_of_any_length_is_read_as_it_comes() {
 }
 
 #[test]
-fn the_first_line_identifies_the_layout() {
-    assert_eq!(sniff(GOLDEN), Some(Layout::Recording));
-    assert_eq!(sniff(b"\x89PNG"), None);
-    assert_eq!(sniff(""), None);
+fn the_first_line_identifies_a_recording() {
+    assert!(is_recording(GOLDEN));
+    assert!(!is_recording(b"\x89PNG"));
+    assert!(!is_recording(""));
 }
 
 #[test]
@@ -566,7 +566,7 @@ proptest! {
 #[test]
 fn a_byte_order_mark_is_skipped() {
     let marked = format!("\u{feff}{GOLDEN}");
-    assert_eq!(sniff(&marked), Some(Layout::Recording));
+    assert!(is_recording(&marked));
     let rows = |text: &str| {
         let reader = Reader::new(text.as_bytes()).unwrap();
         reader.collect::<Result<Vec<_>, _>>().unwrap()

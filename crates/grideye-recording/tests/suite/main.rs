@@ -1,5 +1,4 @@
-//! The crate's public API: records, the wire format, the CSV recording format, the LINAIGE layout and the page of
-//! metrics.
+//! The crate's public API: records, the wire format, the CSV recording format and the page of metrics.
 
 #[cfg(test)]
 mod binary;
@@ -7,8 +6,6 @@ mod binary;
 mod csv;
 #[cfg(test)]
 mod golden;
-#[cfg(test)]
-mod linaige;
 #[cfg(test)]
 mod made_up;
 #[cfg(test)]

@@ -6,7 +6,7 @@
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use grideye_frame::{Celsius, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
-use grideye_recording::{ClockState, Record, Stamp, linaige};
+use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::{Scene, Sensor, Simulator};
 use grideye_validator::{Comparison, Options, Verdict, compare_scene};
 use rand::SeedableRng;
@@ -250,12 +250,8 @@ fn mirror(record: Record) -> Record {
 fn real_frames(session: &str) -> Vec<Record> {
     let name = format!("{session}.csv");
     let file = std::fs::File::open(root().join("recordings/linaige").join(&name)).unwrap();
-    let (date, stream) = (
-        linaige::Date::from_file_name(&name).unwrap(),
-        linaige::stream_from_file_name(&name),
-    );
-    let rows = linaige::Reader::new(file, date, stream).unwrap();
-    rows.map(|row| row.unwrap().row.record)
+    let rows = grideye_import::open(file, &name, &Default::default()).unwrap();
+    rows.map(|row| row.unwrap().record)
         .skip(740)
         .take(200)
         .collect()

@@ -9,7 +9,6 @@
 )]
 
 use grideye_frame::{PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
-use grideye_recording::linaige::{Date, Reader, stream_from_file_name};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
 use grideye_validator::BackgroundFit;
@@ -29,11 +28,10 @@ fn session(name: &str) -> (Vec<Record>, Vec<u32>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../recordings/linaige")
         .join(name);
-    let date = Date::from_file_name(name).unwrap();
-    Reader::new(File::open(path).unwrap(), date, stream_from_file_name(name))
-        .unwrap()
+    let rows = grideye_import::open(File::open(path).unwrap(), name, &Default::default());
+    rows.unwrap()
         .map(|row| row.unwrap())
-        .map(|row| (row.row.record, row.people))
+        .map(|row| (row.record, row.labels[0].parse::<u32>().unwrap()))
         .unzip()
 }
 

@@ -8,7 +8,6 @@
 )]
 
 use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
-use grideye_recording::linaige::{Date, Reader, stream_from_file_name};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
 use grideye_validator::characterize::{
@@ -24,11 +23,8 @@ fn records(name: &str) -> Vec<Record> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../recordings/linaige")
         .join(name);
-    let date = Date::from_file_name(name).unwrap();
-    Reader::new(File::open(path).unwrap(), date, stream_from_file_name(name))
-        .unwrap()
-        .map(|row| row.unwrap().row.record)
-        .collect()
+    let rows = grideye_import::open(File::open(path).unwrap(), name, &Default::default());
+    rows.unwrap().map(|row| row.unwrap().record).collect()
 }
 
 fn found(name: &str) -> Characterization {

@@ -24,7 +24,6 @@ use amg8833_emulator::{Address, Bus, ManualClock, Options};
 use embedded_hal::i2c::I2c;
 use grideye_frame::{Celsius, Frame, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::Record;
-use grideye_recording::linaige::{Date, Reader, stream_from_file_name};
 use grideye_scene::profile::Profile;
 use grideye_validator::characterize::{Characterization, characterize};
 use rand_chacha::ChaCha12Rng;
@@ -47,11 +46,8 @@ fn repository() -> PathBuf {
 
 fn real_records() -> Vec<Record> {
     let file = File::open(repository().join("recordings/linaige").join(SESSION_3)).unwrap();
-    let date = Date::from_file_name(SESSION_3).unwrap();
-    Reader::new(file, date, stream_from_file_name(SESSION_3))
-        .unwrap()
-        .map(|row| row.unwrap().row.record)
-        .collect()
+    let rows = grideye_import::open(file, SESSION_3, &Default::default());
+    rows.unwrap().map(|row| row.unwrap().record).collect()
 }
 
 fn profile() -> Profile {

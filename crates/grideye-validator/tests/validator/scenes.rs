@@ -1,7 +1,7 @@
 //! Verdicts on recordings of the paper's scenes, and on real frames, compared with right and wrong scenes.
 
 use grideye_frame::{Celsius, NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
-use grideye_recording::{ClockState, Record, Stamp, linaige};
+use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::{Scene, Simulator};
 use grideye_validator::{
     Measure, Options, Protocol, ValidatorError, Verdict, compare_scene, sensor_step_c,
@@ -459,11 +459,10 @@ fn linaige(rows: std::ops::Range<usize>) -> Vec<Record> {
         "{}/../../recordings/linaige/{name}",
         env!("CARGO_MANIFEST_DIR")
     );
-    let date = linaige::Date::from_file_name(name).unwrap();
-    let stream = linaige::stream_from_file_name(name);
-    linaige::Reader::new(std::fs::File::open(path).unwrap(), date, stream)
+    let file = std::fs::File::open(path).unwrap();
+    grideye_import::open(file, name, &Default::default())
         .unwrap()
-        .map(|row| row.unwrap().row.record)
+        .map(|row| row.unwrap().record)
         .skip(rows.start)
         .take(rows.len())
         .collect()

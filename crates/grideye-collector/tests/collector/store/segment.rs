@@ -2,7 +2,6 @@
 
 use grideye_collector::store::segment::{ROWS_MAX, SealedRow, open, seal};
 use grideye_frame::{NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
-use grideye_recording::linaige::{self, Date, stream_from_file_name};
 use grideye_recording::{ClockState, Record, Stamp};
 
 /// A session of a real sensor, as if each batch had brought five frames.
@@ -11,10 +10,9 @@ fn session(name: &str) -> Vec<SealedRow> {
         "{}/../../recordings/linaige/{name}",
         env!("CARGO_MANIFEST_DIR")
     );
-    let text = std::fs::read(path).unwrap();
-    let date = Date::from_file_name(name).unwrap();
-    let rows = linaige::Reader::new(text.as_slice(), date, stream_from_file_name(name));
-    let rows = rows.unwrap().map(|row| row.unwrap().row.record);
+    let file = std::fs::File::open(path).unwrap();
+    let rows = grideye_import::open(file, name, &grideye_import::Options::default());
+    let rows = rows.unwrap().map(|row| row.unwrap().record);
     rows.enumerate()
         .map(|(index, record)| SealedRow {
             record,

@@ -3,7 +3,7 @@
 use crate::faults::bench::*;
 use crate::faults::planted::pixels;
 use grideye_frame::PixelWord;
-use grideye_recording::{Record, linaige};
+use grideye_recording::Record;
 use grideye_validator::{Options, Verdict, compare_scene};
 
 const EMPTY: &str = "[room]\nsize_mm = [5000, 5000, 2700]\nambient_c = 25\n[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nsampling_hz = 10\nposition_mm = [2500, 2500, 2700]\nelevation_deg = 90\nazimuth_deg = 0\n";
@@ -95,8 +95,7 @@ fn session(name: &str) -> Vec<Record> {
         "{}/../../recordings/linaige/{name}",
         env!("CARGO_MANIFEST_DIR")
     );
-    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
-    let date = linaige::Date::from_file_name(name).unwrap();
-    let reader = linaige::Reader::new(file, date, linaige::stream_from_file_name(name)).unwrap();
-    reader.map(|row| row.unwrap().row.record).collect()
+    let file = std::fs::File::open(path).unwrap();
+    let rows = grideye_import::open(file, name, &Default::default()).unwrap();
+    rows.map(|row| row.unwrap().record).collect()
 }
