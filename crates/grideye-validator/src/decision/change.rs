@@ -2,7 +2,7 @@
 
 use crate::align::Orientation;
 use crate::decision::decide::How;
-use crate::decision::film::Film;
+use crate::decision::film::{Film, Rendered};
 use crate::decision::recording::Recording;
 use crate::decision::spread::ABSENT;
 use crate::numbers::{single, whole};
@@ -126,8 +126,8 @@ pub(super) const ROWS: &[Row] = &[
         let (by, word) = signed(change.by[0], 2, ["later", "earlier"]);
         (format!("the scene {by} s {word}"), format!("--start {start_s:.2}"))
     } },
-    Row { kind: Kind::Sensor, number: |compared, _| compared.others().count(), starts: alone, steps: [0.0; 2], least: 0.0, says: |compared, change| {
-        let name = compared.others().nth(change.of).map_or("", |sensor| &sensor.name);
+    Row { kind: Kind::Sensor, number: |compared, _| others(compared.scene, compared.sensor).count(), starts: alone, steps: [0.0; 2], least: 0.0, says: |compared, change| {
+        let name = others(compared.scene, compared.sensor).nth(change.of).map_or("", |sensor| &sensor.name);
         (format!("sensor `{name}`"), format!("--sensor {name}"))
     } },
     Row { kind: Kind::Aside, number: |_, film| film.people.len(), starts: |_, _, _| AROUND.into(), steps: [0.25; 2], least: 0.2, says: |compared, change| {
@@ -330,19 +330,18 @@ impl Change {
     }
 
     /// The scene and the sensor that it makes; `None` if there is none such.
-    pub(super) fn claimed(&self, compared: &Compared<'_>) -> Option<(Scene, String)> {
-        let scene = compared.scene;
+    pub(super) fn claimed(&self, scene: &Scene, sensor: &str) -> Option<(Scene, String)> {
         let changed = match self.kind {
             Kind::Sensor => {
-                let name = compared.others().nth(self.of)?.name.clone();
+                let name = others(scene, sensor).nth(self.of)?.name.clone();
                 return Some((scene.clone(), name));
             }
             Kind::Place | Kind::Height | Kind::Azimuth | Kind::Tilt => {
                 let mut sensors = scene.sensors().to_vec();
-                let sensor = sensors.iter_mut().find(|one| one.name == compared.sensor)?;
-                sensor.pose = self.pose(sensor.pose);
+                let own = sensors.iter_mut().find(|one| one.name == sensor)?;
+                own.pose = self.pose(own.pose);
                 let room = scene.room();
-                if !(0.0..=room.size_m.z).contains(&sensor.pose.position_m.z) {
+                if !(0.0..=room.size_m.z).contains(&own.pose.position_m.z) {
                     return None;
                 }
                 scene.with_sensors(sensors)
@@ -360,7 +359,7 @@ impl Change {
             }
             _ => scene.clone(),
         };
-        Some((changed, compared.sensor.to_owned()))
+        Some((changed, sensor.to_owned()))
     }
 
     /// The recording and the scene's film that it makes, to be judged; `None` if there are none such.
@@ -369,7 +368,9 @@ impl Change {
         compared: &Compared<'_>,
         turned: Orientation,
     ) -> Result<Option<(Recording, Film, Scene)>, SceneError> {
-        let Some((scene, sensor)) = self.claimed(compared).filter(|_| self.kind != Kind::More)
+        let Some((scene, sensor)) = self
+            .claimed(compared.scene, compared.sensor)
+            .filter(|_| self.kind != Kind::More)
         else {
             return Ok(None);
         };
@@ -382,7 +383,8 @@ impl Change {
             *time_s = first_s + self.rate() * (*time_s - first_s) - self.late_s();
         }
         recording.within_s *= self.rate();
-        let mut film = Film::new(&scene, &sensor, &recording.times_s, recording.within_s)?;
+        let (of, within_s) = ((&scene, sensor.as_str()), recording.within_s);
+        let mut film = Film::after(Rendered::default(), of, &recording.times_s, within_s)?;
         if self.kind == Kind::Aside {
             film.moved(self.of, self.by);
         }
@@ -393,15 +395,13 @@ impl Change {
     }
 }
 
-impl Compared<'_> {
-    /// Other sensors of the scene that it could be of.
-    fn others(&self) -> impl Iterator<Item = &Sensor> {
-        let all = self.scene.sensors().iter();
-        all.filter(|one| {
-            one.name != self.sensor && (one.columns, one.rows) == (COLUMNS, PIXEL_ROWS)
-        })
-    }
+/// Other sensors of the scene that it could be of.
+fn others<'s>(scene: &'s Scene, sensor: &str) -> impl Iterator<Item = &'s Sensor> {
+    let all = scene.sensors().iter();
+    all.filter(move |one| one.name != sensor && (one.columns, one.rows) == (COLUMNS, PIXEL_ROWS))
+}
 
+impl Compared<'_> {
     fn person(&self, number: usize) -> &str {
         self.scene
             .agents()

@@ -442,7 +442,9 @@ impl<'a> Worlds<'a> {
             );
         }
         all.push((Law::Lag, told("recording.start_s", self.laws.lag_sd_s)));
-        all.push((Law::Background, "room.background_c".to_owned()));
+        let open = self.recording.unit.open.iter();
+        let open: Vec<&str> = open.map(|(told, _)| told.as_str()).collect();
+        all.push((Law::Background, open.join(", ")));
         all
     }
 

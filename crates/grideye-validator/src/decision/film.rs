@@ -93,17 +93,7 @@ struct Atlas {
 }
 
 impl Film {
-    /// Renders the scene at these times, each picture the mean over `within_s`.
-    pub(crate) fn new(
-        scene: &Scene,
-        sensor: &str,
-        times_s: &[f64],
-        within_s: f64,
-    ) -> Result<Self, SceneError> {
-        Self::after(Rendered::default(), (scene, sensor), times_s, within_s)
-    }
-
-    /// The same, after another of the same scene and sensor.
+    /// Renders the scene at these times, each picture the mean over `within_s`, after another of the same scene and sensor.
     pub(crate) fn after(
         mut rendered: Rendered,
         (scene, sensor): (&Scene, &str),

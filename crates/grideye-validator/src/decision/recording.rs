@@ -150,6 +150,9 @@ impl Recording {
         all.pictures = film::turned(&all.pictures, orientation);
         all.unit.noise_c = orientation.apply(&all.unit.noise_c);
         all.unit.pattern_c = orientation.apply(&all.unit.pattern_c);
+        for (_, shows) in &mut all.unit.open {
+            *shows = orientation.apply(shows);
+        }
         all
     }
 

@@ -47,6 +47,17 @@ struct Shown {
     cost: f64,
 }
 
+impl Shown {
+    fn free((room, subject): (Vec<Image>, Vec<Image>)) -> Self {
+        let cost = 0.0;
+        Self {
+            room,
+            subject,
+            cost,
+        }
+    }
+}
+
 pub(super) struct Search<'a> {
     compared: &'a Compared<'a>,
     noise: NoiseModel,
@@ -245,12 +256,7 @@ impl<'a> Search<'a> {
             0.0
         };
         if change.is_of_people() {
-            let (room, subject) = self.reeled(late, change);
-            let mut shown = Shown {
-                room,
-                subject,
-                cost: 0.0,
-            };
+            let mut shown = Shown::free(self.reeled(late, change));
             if change.kind == Kind::More {
                 self.with_more(&mut shown);
             }
@@ -261,22 +267,16 @@ impl<'a> Search<'a> {
             ..*change
         };
         if self.last.as_ref().is_none_or(|(last, _)| *last != bare) {
-            let Some((scene, sensor)) = change.claimed(self.compared) else {
+            let Some((scene, sensor)) = change.claimed(self.compared.scene, self.compared.sensor)
+            else {
                 return Ok(None);
             };
             let first_s = self.times_s.first().copied().unwrap_or_default();
             let times_s = self.times_s.iter();
             let times_s = times_s.map(|time_s| first_s + change.rate() * (time_s - first_s));
             let simulator = Simulator::new(&scene, &sensor)?;
-            let (room, subject) = rendered(&scene, &simulator, &times_s.collect::<Vec<f64>>());
-            self.last = Some((
-                bare,
-                Shown {
-                    room,
-                    subject,
-                    cost: 0.0,
-                },
-            ));
+            let shown = rendered(&scene, &simulator, &times_s.collect::<Vec<f64>>());
+            self.last = Some((bare, Shown::free(shown)));
         }
         let mut shown = self.last.as_ref().map(|(_, shown)| shown.clone());
         if *change != bare {
@@ -367,8 +367,9 @@ impl<'a> Search<'a> {
     /// What each look explains of each picture, in squared standard deviations.
     fn gains(&self, pictures: &[Image], looks: &[Image]) -> Vec<Vec<f64>> {
         let unit = &self.compared.recording.unit;
+        let constant_c2 = unit.constant_c2();
         let weights: Image = std::array::from_fn(|pixel| {
-            1.0 / (unit.noise_c[pixel].powi(2) + unit.pattern_c[pixel].powi(2))
+            1.0 / (unit.noise_c[pixel].powi(2) + single(constant_c2[pixel]))
         });
         let looks = centered(looks);
         let gain = |(look, seen): (&Image, &Image)| {

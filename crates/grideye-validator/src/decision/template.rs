@@ -27,7 +27,7 @@ impl NoiseModel {
     pub(crate) fn new(unit: &Unit) -> Self {
         Self {
             noise_c2: unit.noise_c.map(|sd_c| f64::from(sd_c).powi(2)),
-            pattern_c2: unit.pattern_c.map(|sd_c| f64::from(sd_c).powi(2)),
+            pattern_c2: unit.constant_c2(),
         }
     }
 

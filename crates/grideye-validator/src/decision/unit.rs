@@ -16,6 +16,8 @@ pub(crate) struct Unit {
     pub(crate) kept: f32,
     /// Standard deviation of each pixel's unknown constant error, unit and room, °C.
     pub(crate) pattern_c: Image,
+    /// What else is open of the room: each law in words, and what one standard deviation adds.
+    pub(crate) open: Vec<(String, Image)>,
 }
 
 /// Share of a pixel's steps from frame to frame that count for its noise: the largest may be a person's.
@@ -45,6 +47,7 @@ impl Unit {
             noise_c,
             kept: single(kept),
             pattern_c: pattern_c.map(|sd_c| sd_c.hypot(single(rounding_c(all - least, step_c)))),
+            open: Vec::new(),
         }
     }
 
@@ -64,9 +67,12 @@ impl Unit {
 
     /// Draws what a unit adds to `number` pictures.
     pub(crate) fn errors(&self, number: usize, random: &mut ChaCha8Rng) -> Vec<Image> {
-        let pattern: Image = self
+        let mut pattern: Image = self
             .pattern_c
             .map(|sd_c| single(normal(random, f64::from(sd_c))));
+        for (_, shows) in &self.open {
+            add(&mut pattern, shows, single(normal(random, 1.0)));
+        }
         let fresh = (1.0 - self.kept * self.kept).sqrt();
         let mut white = |_| -> Image {
             std::array::from_fn(|pixel| {
@@ -89,6 +95,15 @@ impl Unit {
             all
         };
         (0..number).map(picture).collect()
+    }
+
+    /// Variance of each pixel's unknown constant error, °C².
+    pub(crate) fn constant_c2(&self) -> [f64; PIXELS] {
+        std::array::from_fn(|pixel| {
+            let open = self.open.iter().map(|(_, shows)| shows[pixel]);
+            let sds = open.chain([self.pattern_c[pixel]]);
+            sds.map(|sd_c| f64::from(sd_c).powi(2)).sum()
+        })
     }
 }
 

@@ -20,7 +20,7 @@ pub(crate) enum Law {
     Aside(usize),
     Wander(usize),
     Lag,
-    /// Of unit and room.
+    /// Of unit and room, and of how the sensor is mounted.
     Background,
 }
 

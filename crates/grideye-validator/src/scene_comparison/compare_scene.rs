@@ -9,7 +9,8 @@ use crate::align::{
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
 use crate::decision::{
-    Alternative, Compared, Decision, Film, How, Recording, Remedy, Rendered, decide, remedy,
+    Alternative, Compared, Decision, Film, How, Image, Recording, Remedy, Rendered, decide,
+    mounting, remedy,
 };
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
@@ -73,9 +74,15 @@ pub(super) fn compared(
     let number = number(protocol, options.frames)?;
     let is_known = background.as_ref().is_none_or(|fit| !fit.is_worse());
     let unit = renderer.unit.filter(|_| is_known);
-    let known = (unit, renderer.open);
+    // A measured background has the room as the sensor sees it.
+    let open = match unit.is_some_and(|unit| unit.has_background) {
+        true => Vec::new(),
+        false => mounting(scene, sensor, aligned.timeline.start())?,
+    };
+    let told = open.iter().map(|(told, _)| told);
+    notes.extend(told.map(|told| format!("The scene leaves open: {told} by default.")));
+    let known = (unit, renderer.open, open);
     let (decision, remedy) = decided(&aligned, (scene, sensor), (known, options), rendered)?;
-    let drift_c = drift_c(&aligned, &decision, options);
     let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
     let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
     notes.push(notes::background(&pattern, room.as_ref(), options));
@@ -83,7 +90,6 @@ pub(super) fn compared(
     let shared = renderer.shared.iter().filter(|_| is_known).cloned();
     let fit = background.as_ref().and_then(|fit| fit.warning(is_replaced));
     let warnings = notes::level(records).into_iter().chain(shared).chain(fit);
-    let warnings = warnings.collect();
     let simulated = renderer.simulated(&real, &aligned, noise_seed);
     let laws = scene.laws().source.into_iter();
     notes.extend(laws.map(|law| format!("The scene leaves open: {law}.")));
@@ -98,9 +104,9 @@ pub(super) fn compared(
     let prior = Prior {
         torn_frames: torn.map(|one| one.rows).sum(),
         has_people: !scene.agents().is_empty(),
+        drift_c: drift_c(&aligned, &decision, options),
         decision: Some(decision),
         remedy,
-        drift_c,
         turned: aligned.found.turned(),
         fitted: (!scene.calibrated().is_empty()).then_some(fitted),
         ..prior(records, simulator, pattern, options)
@@ -112,7 +118,7 @@ pub(super) fn compared(
         notes::orientation(lies, all.any(|one| one.of == turned && one.likeness < 0.0))
     }));
     Ok(Comparison {
-        warnings,
+        warnings: warnings.collect(),
         background,
         notes,
         alignment: Some(aligned.found),
@@ -127,12 +133,15 @@ fn protocol_of(scene: &Scene) -> Protocol {
     }
 }
 
+/// What is known of the unit, the pixels of which the room is not known, and what is open of its mounting.
+type Known = (Option<KnownUnit>, [bool; PIXELS], Vec<(String, Image)>);
+
 /// Whether the recording is the scene's, by its own clock: alignment is for the scores. A profile that the recording
 /// contradicts is not used.
 fn decided(
     aligned: &AlignedFrames,
     (scene, sensor): (&Scene, &str),
-    ((unit, open), options): ((Option<KnownUnit>, [bool; PIXELS]), &Options),
+    ((unit, is_open, open), options): (Known, &Options),
     rendered: &mut Rendered,
 ) -> Result<(Decision, Option<Remedy>), ValidatorError> {
     let laws = scene.laws();
@@ -152,7 +161,7 @@ fn decided(
     let frames = frames
         .map(|frame| std::array::from_fn(|pixel| single(frame.celsius[pixel] - known_c[pixel])));
     let frames: Vec<_> = frames.collect();
-    let unknown_c = open.map(|is_open| {
+    let unknown_c = is_open.map(|is_open| {
         let unknown_c = unknown_c.max(PROFILE_ERROR_C);
         single(if is_open {
             unknown_c.max(spread_c)
@@ -160,7 +169,8 @@ fn decided(
             unknown_c
         })
     });
-    let recording = Recording::new(&times_s, &frames, unknown_c, sensor_step_c());
+    let mut recording = Recording::new(&times_s, &frames, unknown_c, sensor_step_c());
+    recording.unit.open = open;
     let before = std::mem::take(rendered);
     let of = (scene, sensor);
     let mut film = Film::after(before, of, &recording.times_s, recording.within_s)?;

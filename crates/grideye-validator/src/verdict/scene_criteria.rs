@@ -170,6 +170,13 @@ fn tells_apart(decision: &Decision, evidence: &Evidence<'_>) -> Next {
             (step, format!("a narrower law of {told}")).into()
         }
         _ if evidence.prior.torn().is_some() => WHOLE.into(),
+        Some((Law::Background, open)) if !open.is_empty() => {
+            let step = format!(
+                "{} Or, if you know them better than this, give in [[uncertain]] {open}.",
+                PROFILE.0
+            );
+            (step, PROFILE.1).into()
+        }
         _ if evidence.prior.pattern.from == RoomSource::Scene => PROFILE.into(),
         _ => (
             "Record for longer, with people who walk through the whole view.",

@@ -21,12 +21,15 @@ struct Room {
     sensor_z_mm: f64,
     azimuth_deg: f64,
     elevation_deg: f64,
+    tilt_deg: [f64; 2],
     ambient_c: f64,
     fan_coil_c: f64,
     /// A second person.
     bert: bool,
     anna_aside_m: f64,
     hz: f64,
+    /// Whether the scene says that it knows all of this exactly.
+    is_known: bool,
 }
 
 const ROOM: Room = Room {
@@ -34,11 +37,13 @@ const ROOM: Room = Room {
     sensor_z_mm: 2700.0,
     azimuth_deg: 0.0,
     elevation_deg: 90.0,
+    tilt_deg: [0.0; 2],
     ambient_c: 21.0,
     fan_coil_c: 32.0,
     bert: false,
     anna_aside_m: 0.0,
     hz: 10.0,
+    is_known: false,
 };
 
 /// A wrong scene or a wrong recording of a right one.
@@ -54,6 +59,9 @@ enum Wrong {
     /// Time stamps are this many times as far apart.
     Apart(f64, f64),
     Contrast(f64),
+    /// The sensor is not quite where and as the scene has it, nor things as warm: what the scene leaves open by default, this
+    /// many standard deviations; and whether the scene says that it knows better.
+    Mounted(f64, bool),
 }
 
 /// A kind of mistake, and what the advice must say.
@@ -161,13 +169,19 @@ const KINDS: [Kind; 15] = [
 ];
 
 const RIGHT: Kind = Kind("right", "", [Wrong::LateS(0.0); 2]);
+const MOUNTED: Kind = Kind("right, mounted by eye", "", [Wrong::Mounted(1.0, false); 2]);
 
 fn scene(room: &Room, (seed, frames): (u64, u32), aside_m: [[f64; 2]; 2]) -> Scene {
     let mut text = format!(
         "model = \"physical\"\ncollisions = \"ignore\"\n[room]\nsize_mm = [5000, 4400, 3200]\nambient_c = {}\n[[sensor]]\n\
          name = \"ceiling\"\npreset = \"grid-eye\"\nposition_mm = [2500, 2200, {}]\nelevation_deg = {}\nazimuth_deg = {}\n\
-         sampling_hz = {}\n",
-        room.ambient_c, room.sensor_z_mm, room.elevation_deg, room.azimuth_deg, room.hz
+         tilt_deg = {:?}\nsampling_hz = {}\n",
+        room.ambient_c,
+        room.sensor_z_mm,
+        room.elevation_deg,
+        room.azimuth_deg,
+        room.tilt_deg,
+        room.hz
     );
     if room.furnished {
         let _ = write!(
@@ -177,6 +191,15 @@ fn scene(room: &Room, (seed, frames): (u64, u32), aside_m: [[f64; 2]; 2]) -> Sce
              [[object]]\nname = \"table\"\nposition_mm = [2500, 3400, 0]\nsize_mm = [1000, 600, 750]\n",
             room.fan_coil_c
         );
+    }
+    if room.is_known {
+        for key in ["tilt_deg.x", "position_mm.x"] {
+            let _ = write!(
+                text,
+                "[[uncertain]]\nkey = \"sensor.ceiling.{key}\"\nsd = 0.001\n"
+            );
+        }
+        text.push_str("[[uncertain]]\nkey = \"object.fan-coil.temperature_c\"\nsd = 0.001\n");
     }
     let ahead_s = 13.7 * float(seed);
     let walks = |time_s: f64| {
@@ -240,6 +263,14 @@ impl Case {
             Wrong::Scene(change) => change(&mut claimed),
             Wrong::Real(change) => change(&mut real),
             Wrong::LateS(by_s) => late_s = by_s,
+            Wrong::Mounted(sds, is_known) => {
+                claimed.is_known = is_known;
+                let mut draws = Draws(ChaCha8Rng::seed_from_u64(9_000 + seed));
+                real.tilt_deg = [draws.normal(sds), draws.normal(sds)];
+                real.azimuth_deg += draws.normal(sds);
+                real.sensor_z_mm += draws.normal(30.0 * sds);
+                real.fan_coil_c += draws.normal(0.5 * sds);
+            }
             Wrong::Contrast(times) => contrast = times,
             Wrong::Apart(hz_of, times) if hz_of < 5.0 => {
                 (claimed.hz, period_s, apart) = (1.0, 1.0, times);
@@ -330,7 +361,7 @@ fn the_mistake_is_named_first() {
     let (mut caught, mut named) = (0, 0);
     for furnished in [false, true] {
         // Short, each room has its half of the kinds.
-        for (index, kind) in KINDS.iter().chain([&RIGHT]).enumerate() {
+        for (index, kind) in KINDS.iter().chain([&RIGHT, &MOUNTED]).enumerate() {
             let is_left_out = number == 1 && (index % 2 == 0) != furnished;
             if is_left_out || !is_asked(kind.0) || !furnished && kind.0 == "object" {
                 continue;
@@ -348,7 +379,7 @@ fn the_mistake_is_named_first() {
                     println!("    {said}");
                 }
             }
-            if kind.0 == "right" {
+            if kind.1.is_empty() {
                 assert!(
                     share(of_kind) <= 0.1 * float(number),
                     "{room}: {of_kind} refused"
@@ -360,4 +391,28 @@ fn the_mistake_is_named_first() {
         }
     }
     assert!(share(named) >= 0.8 * share(caught), "{named} of {caught}");
+}
+
+/// What a sensor mounted by eye shows of warm furniture is no mistake, unless the scene says that it knows better.
+#[test]
+fn who_mounts_a_sensor_by_eye_is_right() {
+    let number = number(4);
+    let refused = [false, true].map(|is_known| {
+        let all = compared(number, |seed| {
+            let case = Case::new(true, Wrong::Mounted(1.5, is_known), seed);
+            let options = Options {
+                start_s: Some(START_S),
+                ..options()
+            };
+            let found = compare_scene(&case.records, &case.scene, "ceiling", &options).unwrap();
+            found.judgment.verdict == Verdict::Disagrees
+        });
+        all.iter().filter(|refused| **refused).count()
+    });
+    println!(
+        "refused of {number}: by default {}, known {}",
+        refused[0], refused[1]
+    );
+    assert!(share(refused[0]) <= 0.1 * float(number), "{refused:?}");
+    assert!(refused[0] < refused[1], "{refused:?}");
 }

@@ -115,11 +115,11 @@ fn what_ships_agrees_with_its_own_recording_or_says_why_it_cannot_be_told() {
             for seed in 0..units {
                 let frames = if scene.is_static() { MINUTE } else { MOST };
                 // A profile has a unit already.
-                let unit = match &sensor.profile {
-                    Some(_) => [0; PIXELS],
-                    None => unit(seed),
+                let unit_c = match &sensor.profile {
+                    Some(_) => [0.0; PIXELS],
+                    None => unit_c(seed),
                 };
-                let records = recorded(&scene, &sensor.name, 0, frames, unit);
+                let records = recorded(&scene, &sensor.name, 0, frames, unit_c);
                 let compared = compare_scene(
                     &records,
                     &scene,
@@ -157,12 +157,12 @@ fn what_ships_agrees_with_its_own_recording_or_says_why_it_cannot_be_told() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// What a unit and a room add, as they are drawn by default: steps of a sensor, sd 0.38 °C.
-fn unit(seed: u64) -> [i16; PIXELS] {
+/// What a unit and a room add, as they are drawn by default: sd 0.38 °C.
+fn unit_c(seed: u64) -> [f32; PIXELS] {
     let mut random = ChaCha8Rng::seed_from_u64(600 + seed);
     std::array::from_fn(|_| {
-        let draw: f64 = StandardNormal.sample(&mut random);
-        (4.0 * 0.38 * draw).round() as i16
+        let draw: f32 = StandardNormal.sample(&mut random);
+        0.38 * draw
     })
 }
 
@@ -199,16 +199,19 @@ fn record(scene: &Scene, sensor: &str) -> (f64, Vec<Record>) {
         false => u32::try_from(scene.frame_count(of)).unwrap() / 3,
     };
     let start_s = of.frame_time(first).as_secs_f64();
-    (start_s, recorded(scene, sensor, first, FRAMES, [0; PIXELS]))
+    (
+        start_s,
+        recorded(scene, sensor, first, FRAMES, [0.0; PIXELS]),
+    )
 }
 
-/// At most this many frames from one of the scene's on, with what the unit adds to each pixel, words.
+/// At most this many frames from one of the scene's on, with what the unit adds to each pixel, °C.
 fn recorded(
     scene: &Scene,
     sensor: &str,
     first: u32,
     frames: u32,
-    unit: [i16; PIXELS],
+    unit_c: [f32; PIXELS],
 ) -> Vec<Record> {
     let simulator = Simulator::new(scene, sensor).unwrap();
     let of = scene.sensor(sensor).unwrap();
@@ -216,8 +219,8 @@ fn recorded(
         let image = simulator.noisy(of.frame_time(first + index), 11);
         let image = image.to_frame(Celsius::new(25.0)).unwrap();
         let pixels = std::array::from_fn(|pixel| {
-            let word = grideye_frame::word::pixel_word(image.pixels[pixel]).unwrap();
-            PixelWord(word.0.checked_add_signed(unit[pixel]).unwrap())
+            let celsius = Celsius::new(image.pixels[pixel].get() + unit_c[pixel]);
+            grideye_frame::word::pixel_word(celsius).unwrap()
         });
         let thermistor = Some(ThermistorWord(400));
         let t_boot_ns = 5_000_000_000 + u64::try_from(of.frame_time(index).as_nanos()).unwrap();

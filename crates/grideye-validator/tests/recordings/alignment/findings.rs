@@ -54,7 +54,8 @@ fn a_turned_image_is_reported_and_turned_back_on_request() {
     }
 }
 
-/// The unit's pattern lies as its pixels do, and is turned back with them.
+/// The unit's pattern lies as its pixels do, and the background of its room, heater and all, as it sees it: both are turned
+/// back with the image.
 #[test]
 fn a_profile_is_turned_back_with_the_image() {
     let scene = WALK.scene();
@@ -73,8 +74,12 @@ fn a_profile_is_turned_back_with_the_image() {
             record
         });
         let records: Vec<Record> = records.collect();
+        let empty = Simulator::new(&scene, SENSOR).unwrap();
+        let empty = empty.without_agents(Duration::ZERO).celsius;
+        let room_c = orientation.apply(&std::array::from_fn(|pixel| empty[pixel] - 21.0));
+        let own_c = |pixel: usize| 0.25 * f64::from(steps[pixel]) + room_c[pixel];
         let unit = KnownUnit {
-            pattern_c: steps.map(|steps| 0.25 * f64::from(steps)),
+            pattern_c: std::array::from_fn(own_c),
             has_background: true,
             wander_c: 0.0,
             bias_c: 1.0,
