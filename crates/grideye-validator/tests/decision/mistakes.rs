@@ -265,11 +265,7 @@ impl Case {
             Wrong::LateS(by_s) => late_s = by_s,
             Wrong::Mounted(sds, is_known) => {
                 claimed.is_known = is_known;
-                let mut draws = Draws(ChaCha8Rng::seed_from_u64(9_000 + seed));
-                real.tilt_deg = [draws.normal(sds), draws.normal(sds)];
-                real.azimuth_deg += draws.normal(sds);
-                real.sensor_z_mm += draws.normal(30.0 * sds);
-                real.fan_coil_c += draws.normal(0.5 * sds);
+                real = mounted(real, sds, seed);
             }
             Wrong::Contrast(times) => contrast = times,
             Wrong::Apart(hz_of, times) if hz_of < 5.0 => {
@@ -326,6 +322,16 @@ impl Case {
             records: (0..frames).map(of).collect(),
         }
     }
+}
+
+/// A room whose sensor is mounted by eye, and where things are not quite as warm.
+fn mounted(mut room: Room, sds: f64, seed: u64) -> Room {
+    let mut draws = Draws(ChaCha8Rng::seed_from_u64(9_000 + seed));
+    room.tilt_deg = [draws.normal(sds), draws.normal(sds)];
+    room.azimuth_deg += draws.normal(sds);
+    room.sensor_z_mm += draws.normal(30.0 * sds);
+    room.fan_coil_c += draws.normal(0.5 * sds);
+    room
 }
 
 /// Whether it was caught, whether the true cause comes first, and what was said.
