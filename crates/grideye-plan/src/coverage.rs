@@ -42,7 +42,7 @@ pub use candidates::{Candidate, Mount, Mounts, candidates, preset};
 pub use error::CoverageError;
 pub use figure::Figure;
 pub use floor::{Cell, Floor, Grain, Kind};
-pub use map::{Blind, Map, Spot, Totals};
+pub use map::{Map, Spot, Totals};
 pub use report::Report;
 pub use search::{Choice, Step, search};
 pub use survey::{InSight, Look, Seen, Survey};

@@ -122,23 +122,19 @@ impl Candidate {
     pub(crate) fn moved(&self, by_m: DVec2, by_deg: DVec2, mounts: &Mounts) -> Option<Self> {
         let place = self.place.as_ref()?.moved(by_m);
         let within = |value: f64, values: &[f64]| {
-            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-            value.clamp(low, values.iter().copied().fold(low, f64::max))
+            let (low, high) = count::range(values.iter().copied());
+            value.clamp(low, high.max(low))
         };
-        let (elevation_deg, azimuth_deg) =
-            (self.elevation_deg + by_deg.x, self.azimuth_deg + by_deg.y);
-        Some(match place.mount {
-            Mount::Ceiling => {
-                let tilt_deg = within(90.0 - elevation_deg, &mounts.ceiling_tilts_deg);
-                place.candidate(&self.sensor, 90.0 - tilt_deg, azimuth_deg)
-            }
-            Mount::Wall | Mount::Corner => {
-                let heading_deg = azimuth(azimuth_deg - place.inward_deg);
-                let heading_deg = within(heading_deg, &mounts.wall_headings_deg);
-                let down_deg = within(elevation_deg, &mounts.wall_downs_deg);
-                place.candidate(&self.sensor, down_deg, place.inward_deg + heading_deg)
-            }
-        })
+        let elevation_deg = self.elevation_deg + by_deg.x;
+        let azimuth_deg = self.azimuth_deg + by_deg.y;
+        if place.mount == Mount::Ceiling {
+            let tilt_deg = within(90.0 - elevation_deg, &mounts.ceiling_tilts_deg);
+            return Some(place.candidate(&self.sensor, 90.0 - tilt_deg, azimuth_deg));
+        }
+        let heading_deg = azimuth(azimuth_deg - place.inward_deg);
+        let heading_deg = within(heading_deg, &mounts.wall_headings_deg);
+        let down_deg = within(elevation_deg, &mounts.wall_downs_deg);
+        Some(place.candidate(&self.sensor, down_deg, place.inward_deg + heading_deg))
     }
 
     /// Its `[[sensor]]` table in a scene file, under another name; a profile is reduced to its noise.

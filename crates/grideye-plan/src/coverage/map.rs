@@ -20,8 +20,8 @@ pub struct Spot {
     pub kind: Kind,
     /// Sensors that see its ground.
     pub seen_by: usize,
-    /// Why no sensor does; `None` if one does, or if there is no ground to see.
-    pub blind: Option<Blind>,
+    /// How the sensor with the best sight of its ground sees it; `None` if there is no ground to see.
+    pub ground: Option<InSight>,
     /// Sensors that each detect a person there alone.
     pub detected_by: usize,
     /// The largest contrast of one sensor for a person there.
@@ -30,15 +30,6 @@ pub struct Spot {
     pub best_look: Option<usize>,
     /// The contrast of all sensors together: the root of the sum of their squares.
     pub together: f64,
-}
-
-/// Why no sensor sees a cell's ground.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Blind {
-    /// It is in at least one field of view, but hidden there.
-    Hidden,
-    /// It is in no field of view.
-    OutOfView,
 }
 
 /// Counts of cells.
@@ -102,7 +93,7 @@ fn spot(kind: Kind, looks: &[&Look], index: usize, wish: &Wish) -> Spot {
     let mut spot = Spot {
         kind,
         seen_by: 0,
-        blind: kind.is_ground().then_some(Blind::OutOfView),
+        ground: kind.is_ground().then_some(InSight::OutOfView),
         detected_by: 0,
         best: 0.0,
         best_look: None,
@@ -113,11 +104,8 @@ fn spot(kind: Kind, looks: &[&Look], index: usize, wish: &Wish) -> Spot {
         let Some(seen) = look.cells.get(index) else {
             continue;
         };
-        match seen.ground {
-            InSight::Seen => spot.seen_by += 1,
-            InSight::Hidden => spot.blind = spot.blind.map(|_| Blind::Hidden),
-            InSight::OutOfView => {}
-        }
+        spot.seen_by += usize::from(seen.ground == InSight::Seen);
+        spot.ground = spot.ground.map(|best| best.max(seen.ground));
         spot.detected_by += usize::from(kind == Kind::Place && seen.contrast >= wish.sigma_min);
         if seen.contrast > spot.best {
             (spot.best, spot.best_look) = (seen.contrast, Some(number));
@@ -125,9 +113,6 @@ fn spot(kind: Kind, looks: &[&Look], index: usize, wish: &Wish) -> Spot {
         squares += seen.contrast * seen.contrast;
     }
     spot.together = squares.sqrt();
-    if spot.seen_by > 0 {
-        spot.blind = None;
-    }
     spot
 }
 
@@ -140,8 +125,8 @@ fn totals(spots: &[Spot], wish: &Wish) -> Totals {
     Totals {
         ground: count(&|spot| spot.kind.is_ground()),
         seen: count(&|spot| spot.seen_by > 0),
-        hidden: count(&|spot| spot.blind == Some(Blind::Hidden)),
-        out_of_view: count(&|spot| spot.blind == Some(Blind::OutOfView)),
+        hidden: count(&|spot| spot.ground == Some(InSight::Hidden)),
+        out_of_view: count(&|spot| spot.ground == Some(InSight::OutOfView)),
         places: contrasts.len(),
         detected: count(&|spot| spot.is_detected(wish)),
         contrast_min: contrasts.first().copied().unwrap_or(0.0),

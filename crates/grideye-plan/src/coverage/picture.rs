@@ -1,7 +1,8 @@
 //! Draws the map on the room from above: darker is better, undetected or unseen cells are hatched.
 
 use super::floor::{Floor, Kind};
-use super::map::{Blind, Map, Spot};
+use super::map::{Map, Spot};
+use super::survey::InSight;
 use super::wish::Wish;
 use crate::drawing::camera::{Camera, Panel};
 use crate::drawing::labels::Labels;
@@ -59,11 +60,11 @@ impl Picture<'_> {
             &mut sheet,
             "Sensors that see the floor",
             &RIGHT,
-            |spot| match (spot.kind, spot.blind) {
+            |spot| match (spot.kind, spot.ground) {
                 (Kind::Outside, _) => None,
                 (Kind::Furniture, _) => Some("furniture"),
-                (_, Some(Blind::Hidden)) => Some("crossed"),
-                (_, Some(Blind::OutOfView)) => Some("dots"),
+                (_, Some(InSight::Hidden)) => Some("crossed"),
+                (_, Some(InSight::OutOfView)) => Some("dots"),
                 _ => Some(COUNT_CLASSES[spot.seen_by.clamp(1, COUNTS.len()) - 1]),
             },
         );

@@ -94,7 +94,6 @@ pub fn search(
         search.advance(1);
         trial
     })?;
-    let pool: Vec<Trial> = pool.into_iter().collect::<Result<_, _>>()?;
     let steps = search.choose(&pool, count)?;
     Ok(Choice {
         steps,
@@ -194,12 +193,11 @@ impl Search<'_> {
     ) -> Result<((Candidate, Look), Gain), CoverageError> {
         let given = self.tally(chosen, Some(&self.cells));
         let starts = starts(pool, &given, most);
-        let improved = shared(starts.len(), self.threads, |start| {
+        let mut improved = shared(starts.len(), self.threads, |start| {
             let improved = self.improved(starts[start].clone(), &given);
             self.advance(START_STEPS);
             improved
         })?;
-        let mut improved: Vec<Trial> = improved.into_iter().collect::<Result<_, _>>()?;
         self.advance((most - improved.len()) * START_STEPS);
         improved.sort_by(|one, other| other.gain(&given).cmp(&one.gain(&given)));
         let finalists = improved.into_iter().take(FINALISTS).map(|trial| trial.pose);
@@ -220,12 +218,9 @@ impl Search<'_> {
             let gain = given.gain(self.exact(&pose.1));
             (pose, gain)
         });
-        rated.reduce(|one, other| {
-            if other.1.cmp(&one.1).is_gt() {
-                other
-            } else {
-                one
-            }
+        rated.reduce(|one, other| match other.1.cmp(&one.1).is_gt() {
+            true => other,
+            false => one,
         })
     }
 
@@ -255,12 +250,11 @@ impl Search<'_> {
     }
 
     fn look(&self, poses: &[Candidate]) -> Result<Vec<Look>, CoverageError> {
-        let looks = shared(poses.len(), self.threads, |pose| {
+        shared(poses.len(), self.threads, |pose| {
             let look = self.survey.look(&poses[pose].sensor);
             self.advance(LOOK_STEPS);
             look
-        })?;
-        looks.into_iter().collect()
+        })
     }
 
     /// A pose moved and turned until nothing near it gains more.

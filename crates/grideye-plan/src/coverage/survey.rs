@@ -39,15 +39,15 @@ pub struct Seen {
     pub contrast: f64,
 }
 
-/// Whether a point is seen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Whether a point is seen, from the worst to the best.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InSight {
-    /// It is seen.
-    Seen,
-    /// It is in the field of view, but hidden.
-    Hidden,
     /// It is outside the field of view.
     OutOfView,
+    /// It is in the field of view, but hidden.
+    Hidden,
+    /// It is seen.
+    Seen,
 }
 
 impl Survey {
@@ -104,7 +104,7 @@ impl Survey {
             after_each();
             look
         };
-        shared(sensors.len(), threads, look)?.into_iter().collect()
+        shared(sensors.len(), threads, look)
     }
 
     /// What one sensor sees.
@@ -195,7 +195,7 @@ impl Survey {
 pub(crate) fn shared<T: Send>(
     count: usize,
     threads: usize,
-    of: impl Fn(usize) -> T + Sync,
+    of: impl Fn(usize) -> Result<T, CoverageError> + Sync,
 ) -> Result<Vec<T>, CoverageError> {
     let what = "the number of threads";
     check_count(what, threads, limits::THREADS_MAX, LEAVE_OUT)?;
@@ -217,7 +217,7 @@ pub(crate) fn shared<T: Send>(
         found
     });
     found.sort_by_key(|(index, _)| *index);
-    Ok(found.into_iter().map(|(_, one)| one).collect())
+    found.into_iter().map(|(_, one)| one).collect()
 }
 
 /// A sensor in the empty room.

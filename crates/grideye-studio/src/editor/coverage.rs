@@ -2,7 +2,7 @@
 
 use super::fault::Fault;
 use grideye_plan::coverage::{
-    Blind, CoverageError, Figure, Floor, Grain, Kind, Map, Spot, Survey, Wish,
+    CoverageError, Figure, Floor, Grain, InSight, Kind, Map, Spot, Survey, Wish,
 };
 use grideye_scene::Scene;
 use serde_json::{Value, json};
@@ -64,14 +64,14 @@ fn cell_m(scene: &Scene, sensors: usize) -> f64 {
 /// The letter of a cell: `d`etected, `w`eak, `h`idden, `o`ut of view, `t`oo tight for a person, `f`urniture, or `x` for
 /// outside.
 fn letter(spot: &Spot, wish: &Wish) -> char {
-    match (spot.kind, spot.blind) {
+    match (spot.kind, spot.ground) {
         (Kind::Outside, _) => 'x',
         (Kind::Furniture, _) => 'f',
         (Kind::Tight, _) => 't',
         (Kind::Place, _) if spot.is_detected(wish) => 'd',
-        (Kind::Place, Some(Blind::Hidden)) => 'h',
-        (Kind::Place, Some(Blind::OutOfView)) => 'o',
-        (Kind::Place, None) => 'w',
+        (Kind::Place, Some(InSight::Hidden)) => 'h',
+        (Kind::Place, Some(InSight::OutOfView)) => 'o',
+        (Kind::Place, _) => 'w',
     }
 }
 

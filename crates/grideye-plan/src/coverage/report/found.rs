@@ -71,10 +71,10 @@ impl<'a> Report<'a> {
     }
 
     /// The name of a pose: the scene's name for its own sensors, mounting and number for a candidate.
-    pub(super) fn shown_name(&self, index: usize) -> Option<String> {
-        let candidate = self.poses.get(index)?;
+    pub(super) fn shown_name(&self, index: usize) -> String {
+        let candidate = &self.poses[index];
         if candidate.mount.is_none() {
-            return Some(candidate.sensor.name.clone());
+            return candidate.sensor.name.clone();
         }
         let taken = |name: &String| {
             self.scene
@@ -87,7 +87,7 @@ impl<'a> Report<'a> {
         while taken(&name) {
             name.push('b');
         }
-        Some(name)
+        name
     }
 }
 

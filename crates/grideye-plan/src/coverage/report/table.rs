@@ -25,9 +25,8 @@ impl Report<'_> {
             self.wish.sigma_min
         );
         for (index, pose) in self.poses.iter().enumerate().skip(self.kept) {
-            let name = self.shown_name(index).unwrap_or_default();
             text.push('\n');
-            text.push_str(&pose.toml(&name));
+            text.push_str(&pose.toml(&self.shown_name(index)));
         }
         text
     }
@@ -68,7 +67,7 @@ fn poses(found: &Report<'_>) -> String {
     );
     for (index, (candidate, map)) in found.poses.iter().zip(&found.steps).enumerate() {
         let [x, y, z] = candidate.position_mm.to_array();
-        let name = found.shown_name(index).unwrap_or_default();
+        let name = found.shown_name(index);
         let position = format!("{x}, {y}, {z}");
         text.push_str(&format!(
             "{} {name:<12}{:<10}{position:>20}{:>10}°{:>8}°{:>15}{:>12}{:>12} σ\n",

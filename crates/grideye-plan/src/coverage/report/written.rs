@@ -3,8 +3,9 @@
 use super::found::{Report, share};
 use super::table::summary_of_picture;
 use crate::coverage::floor::Kind;
-use crate::coverage::map::{Blind, Map};
+use crate::coverage::map::Map;
 use crate::coverage::picture::Picture;
+use crate::coverage::survey::InSight;
 use crate::coverage::wish::Rule;
 use grideye_scene::Sensor;
 use serde_json::{Value, json};
@@ -50,9 +51,9 @@ impl Report<'_> {
     /// The map as an SVG.
     #[must_use]
     pub fn svg(&self) -> String {
-        let names = (0..).map(|index| self.shown_name(index).unwrap_or_default());
-        let sensors = self.poses.iter().map(|pose| &pose.sensor);
-        let sensors: Vec<(String, &Sensor)> = names.zip(sensors).collect();
+        let poses = self.poses.iter().enumerate();
+        let sensors = poses.map(|(index, pose)| (self.shown_name(index), &pose.sensor));
+        let sensors: Vec<(String, &Sensor)> = sensors.collect();
         Picture {
             title: &format!("{}: coverage", self.scene_name),
             summary: &summary_of_picture(self),
@@ -128,15 +129,16 @@ fn cells(found: &Report<'_>) -> Vec<Value> {
                     Kind::Tight => "tight",
                     Kind::Place => "place",
                 },
-                "blind": spot.blind.map(|blind| match blind {
-                    Blind::Hidden => "hidden",
-                    Blind::OutOfView => "out of view",
-                }),
+                "blind": match spot.ground {
+                    Some(InSight::Hidden) => Some("hidden"),
+                    Some(InSight::OutOfView) => Some("out of view"),
+                    Some(InSight::Seen) | None => None,
+                },
                 "seen_by": spot.seen_by,
                 "detected_by": spot.detected_by,
                 "contrast_sigma": contrast(spot.best),
                 "contrast_together_sigma": contrast(spot.together),
-                "best_sensor": spot.best_look.and_then(|look| found.shown_name(look)),
+                "best_sensor": spot.best_look.map(|look| found.shown_name(look)),
             })
         })
         .collect()

@@ -4,7 +4,7 @@ use super::{cells_of, looks, sensor, survey};
 use crate::{ROOM, object, scene};
 use glam::{DVec2, DVec3};
 use grideye_plan::coverage::{
-    Blind, Figure, Grain, InSight, Kind, Map, Mount, Mounts, Survey, Wish, candidates, preset,
+    Figure, Grain, InSight, Kind, Map, Mount, Mounts, Survey, Wish, candidates, preset,
 };
 use grideye_scene::{Scene, Simulator};
 use std::time::Duration;
@@ -62,7 +62,7 @@ fn the_shadow_of_a_box_follows_similar_triangles() {
         let x = cell.ground_m.x - 2.0;
         let expected = match x {
             x if (0.3..0.9).contains(&x) => {
-                assert_eq!((cell.kind, spot.blind), (Kind::Furniture, None));
+                assert_eq!((cell.kind, spot.ground), (Kind::Furniture, None));
                 continue;
             }
             x if x > 0.9 && x < 1.4294 => InSight::Hidden,
@@ -72,7 +72,7 @@ fn the_shadow_of_a_box_follows_similar_triangles() {
         assert_eq!(found.ground, expected, "{x}");
         if expected == InSight::Hidden {
             hidden += 1;
-            assert_eq!(spot.blind, Some(Blind::Hidden));
+            assert_eq!(spot.ground, Some(InSight::Hidden));
         }
     }
     // Two rows of cells, 0.53 m of 25 mm each.
@@ -392,8 +392,8 @@ fn a_centered_sensor_sees_a_square_room_symmetrically() {
     let alike = |one: (usize, usize), other: (usize, usize)| {
         let (one, other) = (spot(one.0, one.1), spot(other.0, other.1));
         assert_eq!(
-            (one.kind, one.blind, one.seen_by),
-            (other.kind, other.blind, other.seen_by)
+            (one.kind, one.ground, one.seen_by),
+            (other.kind, other.ground, other.seen_by)
         );
         // The simulator's rule for integrals is exact up to degree 5, and starts at one corner.
         let near = |one: f64, other: f64| (one - other).abs() < 1e-3 * (1.0 + one);
