@@ -6,7 +6,9 @@ use crate::columns::Unit;
 use crate::moment::{Decimal, Moment, NS_PER_DAY, parse};
 use crate::plan::{Plan, Scale};
 use grideye_frame::word;
-use grideye_frame::{Celsius, NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
+use grideye_frame::{
+    Celsius, NAME_CHARS_MAX, NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord,
+};
 use grideye_recording::{COUNT_MAX, ClockState, Record, Row, Stamp, StreamId, check_name};
 use std::collections::BTreeMap;
 
@@ -188,18 +190,7 @@ impl Frames {
     fn stream(&self, cells: &[Cell]) -> StreamId {
         let named = |column: Option<usize>, assumed: &str| {
             let text = column.and_then(|column| cells.get(column)).map(Cell::text);
-            let allowed =
-                |character: &char| character.is_ascii_alphanumeric() || "._:-".contains(*character);
-            let name: String = text
-                .iter()
-                .flat_map(|text| text.chars())
-                .filter(allowed)
-                .collect();
-            if check_name(&name).is_ok() {
-                name
-            } else {
-                assumed.to_owned()
-            }
+            text.map_or(assumed.to_owned(), |text| name_of(&text, assumed))
         };
         StreamId {
             device: named(self.plan.device, &self.assumed.stream.device),
@@ -210,13 +201,8 @@ impl Frames {
 
     fn when(&self, cells: &[Cell], state: &mut State) -> Option<When> {
         let time = self.plan.time.as_ref()?;
-        let texts: Option<Vec<_>> = time
-            .columns
-            .iter()
-            .map(|column| Some(cells.get(*column)?.text()))
-            .collect();
+        let moment = time.moment(cells)?;
         let midnight_ns = self.assumed.midnight_ns;
-        let moment = parse(&texts?.join(" "), Some(time.order))?;
         let (ns, is_utc, is_clock) = match (moment, time.scale) {
             (Moment::Number(number), Some(scale)) => {
                 let passed_by_wrapping_ns = match scale {
@@ -340,6 +326,21 @@ impl State {
             t_utc_ns,
             clock,
         }
+    }
+}
+
+/// The characters of a text that a name may have, or another name if there are none.
+pub(crate) fn name_of(text: &str, otherwise: &str) -> String {
+    let is_letter = |character: &char| character.is_ascii_alphanumeric();
+    let characters = text.chars();
+    let name: String = characters
+        .filter(|character| is_letter(character) || "._:-".contains(*character))
+        .skip_while(|character| !is_letter(character))
+        .take(NAME_CHARS_MAX)
+        .collect();
+    match check_name(&name) {
+        Ok(()) => name,
+        Err(_) => otherwise.to_owned(),
     }
 }
 

@@ -5,15 +5,15 @@ use crate::arrays::{NPY_MAGIC, npy, npz};
 use crate::columns::Columns;
 use crate::container::{self, Unpacked, held};
 use crate::error::ImportError;
-use crate::frames::{Assumed, Frames};
+use crate::frames::{Assumed, Frames, name_of};
 use crate::moment::{Moment, NS_PER_DAY, Order, parse};
 use crate::plan::Plan;
 use crate::source::Rows;
 use crate::text::TextRows;
 use crate::{json, tables};
 use core::time::Duration;
-use grideye_frame::{NAME_CHARS_MAX, PIXELS};
-use grideye_recording::{Row, StreamId, check_name, csv, is_recording};
+use grideye_frame::PIXELS;
+use grideye_recording::{Row, StreamId, csv, is_recording};
 use std::collections::VecDeque;
 use std::io::{Cursor, Read};
 
@@ -188,6 +188,7 @@ fn told(
         }
         None => "time stamps, in UTC unless they say otherwise",
     };
+    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
     let (device, container) = match is_session {
         true => ("linaige", "a session of the LINAIGE data set".to_owned()),
         false => ("imported", rows.container()),
@@ -196,7 +197,7 @@ fn told(
         stream: StreamId {
             device: device.to_owned(),
             sensor: "grid-eye".to_owned(),
-            boot: boot_of(name),
+            boot: name_of(stem, "session"),
         },
         period_ns: u64::try_from(options.period.as_nanos()).unwrap_or(u64::MAX),
         midnight_ns,
@@ -228,21 +229,6 @@ fn midnight_ns(name: &str) -> Option<i64> {
             _ => None,
         }
     })
-}
-
-/// The characters of a file's name that a boot's may have.
-fn boot_of(name: &str) -> String {
-    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
-    let characters = stem.chars();
-    let boot: String = characters
-        .filter(|character| character.is_ascii_alphanumeric() || "._:-".contains(*character))
-        .skip_while(|character| !character.is_ascii_alphanumeric())
-        .take(NAME_CHARS_MAX)
-        .collect();
-    match check_name(&boot) {
-        Ok(()) => boot,
-        Err(_) => "session".to_owned(),
-    }
 }
 
 impl Import {

@@ -50,6 +50,16 @@ const DAYS_TO_1970: i64 = 25_569;
 const TICKS: core::ops::Range<i64> = 631_139_040_000_000_000..662_380_416_000_000_000;
 const TICKS_TO_1970: i64 = 621_355_968_000_000_000;
 
+impl Time {
+    /// What the cells of a row say.
+    pub(crate) fn moment(&self, cells: &[Cell]) -> Option<Moment> {
+        let texts = self.columns.iter();
+        let texts = texts.map(|column| Some(cells.get(*column)?.text()));
+        let texts: Vec<_> = texts.collect::<Option<_>>()?;
+        parse(&texts.join(" "), Some(self.order))
+    }
+}
+
 impl Scale {
     /// The moment of a number in nanoseconds.
     pub(crate) fn ns(self, number: Decimal) -> Option<i64> {
@@ -207,14 +217,7 @@ impl Repeats {
 
 /// The times of some rows, in nanoseconds, where they can be read.
 pub(super) fn times<'r>(rows: impl Iterator<Item = &'r Vec<Cell>>, time: &Time) -> Vec<i64> {
-    let text = |row: &Vec<Cell>| {
-        time.columns
-            .iter()
-            .map(|column| row[*column].text().into_owned())
-            .collect::<Vec<_>>()
-            .join(" ")
-    };
-    let ns = |row: &Vec<Cell>| match (parse(&text(row), Some(time.order))?, time.scale) {
+    let ns = |row: &Vec<Cell>| match (time.moment(row)?, time.scale) {
         (Moment::Number(number), Some(scale)) => scale.ns(number),
         (Moment::Utc(ns) | Moment::Local(ns) | Moment::Clock(ns), None) => Some(ns),
         (Moment::Day(day), None) => day.checked_mul(NS_PER_DAY),
