@@ -162,7 +162,7 @@ pub struct RunArgs {
 /// Example: sudo grideye-agent resend --config /etc/grideye/agent.toml
 #[derive(Debug, Args)]
 pub struct ResendArgs {
-    /// Configuration of the agent (TOML).
+    /// Configuration.
     #[arg(long, value_name = "FILE", default_value = CONFIG_FILE)]
     pub config: PathBuf,
 }

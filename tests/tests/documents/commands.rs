@@ -190,6 +190,13 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
             "the_agent_delivers_from_a_device_file_to_a_collector",
         ),
     ),
+    (
+        "grideye-agent resend --config agent.toml",
+        By(
+            "crates/grideye-agent/tests/agent/program.rs",
+            "rejected_records_are_sent_again_and_those_that_are_rejected_again_stay",
+        ),
+    ),
     // crates/i2c-emulation/README.md
     (
         "cargo run -p i2c-emulation --example with_a_chip -- i2cget -y 1 0x50 0x10 i 4",

@@ -26,7 +26,7 @@ Data:
   convert      Change the file format
   audit        Account for every frame
   backup       Copy a running store
-  restore      Put a backup in a store's place
+  restore      Put a backup in place
   migrate      Move to PostgreSQL
 Administration:
   token        Manage access tokens
