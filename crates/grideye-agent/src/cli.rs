@@ -159,11 +159,11 @@ pub struct RunArgs {
 ///
 /// Exit code 1: some were rejected again, and stay
 ///
-/// Example: sudo grideye-agent resend --config /etc/grideye/agent.toml
+/// Example: grideye-agent resend --config /etc/grideye/agent.toml
 #[derive(Debug, Args)]
 pub struct ResendArgs {
-    /// Configuration.
-    #[arg(long, value_name = "FILE", default_value = CONFIG_FILE)]
+    /// Configuration [default: /etc/grideye/agent.toml].
+    #[arg(long, value_name = "FILE", default_value = CONFIG_FILE, hide_default_value = true)]
     pub config: PathBuf,
 }
 

@@ -12,7 +12,7 @@
 
 use crate::store::row::damaged;
 use crate::store::sqlite::schema::APPLICATION_ID;
-use crate::store::{StoreError, error::Result};
+use crate::store::error::{Result, StoreError};
 use ring::rand::{SecureRandom as _, SystemRandom};
 use rusqlite::Connection;
 use std::fs::File;
