@@ -8,7 +8,7 @@ mod mistakes;
 mod worlds;
 
 use grideye_frame::Reading;
-use grideye_recording::{Record, linaige};
+use grideye_recording::Record;
 use grideye_validator::{Comparison, KnownScene, Options, State, Verdict, compare_scene};
 use std::sync::atomic::{AtomicU64, Ordering};
 use worlds::{SENSOR, Truth, Unit, Way, record, scene};
@@ -433,9 +433,9 @@ fn empty_room(session: &str, first: usize) -> Vec<Record> {
     let text = std::fs::read_to_string(format!("{folder}/{name}")).unwrap();
     let rows: Vec<&str> = text.lines().skip(1 + first).take(100).collect();
     assert!(rows.iter().all(|row| row.rsplit(',').nth(1) == Some("0")));
-    let date = linaige::Date::from_file_name(&name).unwrap();
-    let reader = linaige::Reader::new(text.as_bytes(), date, linaige::stream_from_file_name(&name));
-    let records = reader.unwrap().map(|row| row.unwrap().row.record);
+    let file = std::fs::File::open(format!("{folder}/{name}")).unwrap();
+    let rows = grideye_import::open(file, &name, &Default::default()).unwrap();
+    let records = rows.map(|row| row.unwrap().record);
     let colder = |mut record: Record| {
         if let Reading::Frame(frame) = &mut record.reading {
             frame.pixels.iter_mut().for_each(|word| word.0 -= 16);

@@ -10,9 +10,9 @@
 //!   log   m + 1 to m + 3, or m where the log is in the file already; any other log is foreign
 //! ```
 
+use crate::store::error::{Result, StoreError};
 use crate::store::row::damaged;
 use crate::store::sqlite::schema::APPLICATION_ID;
-use crate::store::error::{Result, StoreError};
 use ring::rand::{SecureRandom as _, SystemRandom};
 use rusqlite::Connection;
 use std::fs::File;
