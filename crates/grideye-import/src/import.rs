@@ -84,9 +84,6 @@ pub fn open(
     if let Some(found) = other_resolution(&head).filter(|_| is_known) {
         return Err(ImportError::OtherSensor { found });
     }
-    if is_known && !is_session {
-        return recording(Cursor::new(head).chain(rest));
-    }
     let said = &options.columns;
     let sheet = said.sheet.as_deref();
     if let (Some(sheet), false) = (sheet, is_workbook) {
@@ -94,6 +91,9 @@ pub fn open(
             format!("there is no sheet {sheet}"),
             "only a workbook (.xlsx) has sheets: leave sheet= out",
         ));
+    }
+    if is_known && !is_session {
+        return recording(Cursor::new(head).chain(rest));
     }
     let is_array = head.starts_with(NPY_MAGIC);
     let is_parquet = head.starts_with(tables::MAGIC);

@@ -79,6 +79,7 @@ impl<R: Read> TextRows<R> {
         })
     }
 
+    #[cfg(feature = "xlsx")]
     pub(crate) fn called(self, container: String) -> Self {
         Self {
             container: Some(container),

@@ -303,7 +303,17 @@ fn kill_on_the_way(migration: &mut Command, database: &str, all: u64) -> u64 {
         .spawn()
         .unwrap();
     let copied = "SELECT coalesce(max(copied), 0) FROM grideye.migration";
+    let send = |signal: &str| {
+        let sent = Command::new("kill")
+            .args([signal, &child.id().to_string()])
+            .status();
+        assert!(sent.unwrap().success(), "{signal}");
+    };
     wait_for("a part to be copied", || {
+        // It goes on only between the questions, each of which may take a busy host longer than all of the migration.
+        send("-CONT");
+        std::thread::sleep(Duration::from_millis(20));
+        send("-STOP");
         let is_there = sql(
             database,
             "SELECT to_regclass('grideye.migration') IS NOT NULL",

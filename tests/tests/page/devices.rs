@@ -63,8 +63,14 @@ fn post_counts(
 ) -> Outcome {
     let mut body = batch("i2c-1:0x69", seq, &[frame(&person(), 402)]);
     body["device"] = device.into();
+    let lost: u64 = dropped
+        .as_object()
+        .into_iter()
+        .flatten()
+        .filter_map(|(_, count)| count.as_u64())
+        .sum();
     body["sensors"][0]["account"] = json!({
-        "read": seq + 1, "missing": 0, "dropped": dropped, "spooled": 1, "errors": errors
+        "read": seq + 1 + lost, "missing": 0, "dropped": dropped, "spooled": 1, "errors": errors
     });
     server.post(&body)
 }

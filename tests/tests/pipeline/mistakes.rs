@@ -83,22 +83,10 @@ fn mistakes_in_a_scene_are_named_with_their_place() {
 fn mistakes_in_a_recording_are_named_with_their_place_and_leave_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let session = std::fs::read_to_string(root().join(SESSION)).unwrap();
-    let pixels = |found: &str| session.replacen(",26.5,25.5,", found, 1);
     let out = folder.path().join("never.csv");
     let written = out.to_str().unwrap();
     for (name, text, words) in [
         ("notes.csv", "a,b\n1,2\n".to_owned(), &["hint:"][..]),
-        ("short_2021-07-01.csv", pixels(",26.5,"), &["line 2"]),
-        (
-            "hot_2021-07-01.csv",
-            pixels(",600,25.5,"),
-            &["line 2", "pixel0", "600"],
-        ),
-        (
-            "nan_2021-07-01.csv",
-            pixels(",NaN,25.5,"),
-            &["line 2", "pixel0", "NaN"],
-        ),
         ("undated.csv", session.clone(), &["undated.csv", "hint:"]),
     ] {
         let path = file(folder.path(), name, &text);
@@ -112,16 +100,33 @@ fn mistakes_in_a_recording_are_named_with_their_place_and_leave_no_file() {
         .unwrap()
         .map(|entry| entry.unwrap().file_name())
         .collect();
-    assert_eq!(left.len(), 5, "nothing but the inputs is left: {left:?}");
-    // A session that breaks off is read up to there.
+    assert_eq!(left.len(), 2, "nothing but the inputs is left: {left:?}");
+    // A damaged row is a missing frame, and its place is said.
+    for found in [",26.5,", ",600,25.5,", ",NaN,25.5,"] {
+        let damaged = session.replacen(",26.5,25.5,", found, 1);
+        let path = file(folder.path(), "damaged_2021-07-01.csv", &damaged);
+        let ended = run(grideye().args(["convert", &path, written]));
+        assert_eq!(ended.code, 3, "{found}: {ended:?}");
+        let said = "1 damaged rows are missing frames";
+        assert!(ended.stderr.contains(said), "{found}: {ended:?}");
+        assert!(
+            ended.stderr.contains("the first at 2\n"),
+            "{found}: {ended:?}"
+        );
+    }
+    // A session that breaks off is read up to there, and its last frame is missing.
     let whole = session[..20_000].matches('\n').count();
     let path = file(folder.path(), "cut_2021-07-01.csv", &session[..20_000]);
     let ended = run(grideye().args(["convert", &path, written]));
     assert_eq!(ended.code, 3, "{ended:?}");
-    let place = format!("cut_2021-07-01.csv: line {}: ", whole + 1);
+    let place = format!("the first at {}\n", whole + 1);
     assert!(ended.stderr.contains(&place), "{ended:?}");
     let text = std::fs::read_to_string(&out).unwrap();
-    assert_eq!(text.lines().count(), whole, "the header and the whole rows");
+    assert_eq!(
+        text.lines().count(),
+        whole + 1,
+        "the header, the whole rows, the missing one"
+    );
 }
 
 #[test]

@@ -35,7 +35,7 @@ pub enum Posted {
     /// The collector has stored it on disk.
     Durable(Acknowledgement),
     /// The collector will never accept one of these records, or anyone on the way accepts no body of this size
-    /// ([`TOO_LARGE`]): the status, and the start of the answer.
+    /// (413): the status, and the start of the answer.
     Refused(u16, String),
     /// The collector does not allow this agent to send it and stored nothing: status 401 or 403, and the answer.
     Forbidden(u16, String),

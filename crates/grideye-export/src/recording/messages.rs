@@ -66,16 +66,20 @@ impl<W: Write + Seek> Messages<W> {
         let [image, thermistor, state] = self.channels_of(row)?;
         let at_ns = time_ns(&row.stamp);
         if let Ok(pixels_c) = &row.pixels_c {
-            self.message(image, at_ns, image_message(row, (pixels_c, columns), at_ns))?;
+            self.message(
+                image,
+                at_ns,
+                &image_message(row, (pixels_c, columns), at_ns),
+            )?;
         }
         if let Some(celsius) = row.thermistor_c {
             let mut message = Cdr::stamped(row, at_ns);
             message.float64(celsius.into());
             // A variance of 0 says that it is not known.
             message.float64(0.0);
-            self.message(thermistor, at_ns, message)?;
+            self.message(thermistor, at_ns, &message)?;
         }
-        self.message(state, at_ns, state_message(row, labels, at_ns))
+        self.message(state, at_ns, &state_message(row, labels, at_ns))
     }
 
     fn channels_of(&mut self, row: &Row) -> Result<[u16; 3], ExportError> {
@@ -95,7 +99,7 @@ impl<W: Write + Seek> Messages<W> {
         Ok(channels)
     }
 
-    fn message(&mut self, channel_id: u16, at_ns: u64, message: Cdr) -> Result<(), ExportError> {
+    fn message(&mut self, channel_id: u16, at_ns: u64, message: &Cdr) -> Result<(), ExportError> {
         let header = MessageHeader {
             channel_id,
             sequence: self.written,
