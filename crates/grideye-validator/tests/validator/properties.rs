@@ -141,8 +141,6 @@ proptest! {
         let (real, simulated): (Vec<_>, Vec<_>) = sides
             .into_iter()
             .map(|(celsius, later, noise_free)| {
-                let [celsius, later, noise_free]: [[f64; 64]; 3] =
-                    [celsius, later, noise_free].map(|frame| frame.try_into().unwrap());
                 let simulated = SimulatedFrame { time, celsius: later, noise_free };
                 (RealFrame { time, celsius, later: Some(later) }, simulated)
             })
