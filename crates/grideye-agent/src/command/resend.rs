@@ -33,7 +33,8 @@ pub(crate) fn run(args: &ResendArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::from(if left == 0 { 0 } else { FAILED }))
 }
 
-/// The files of rejected records, in the order of their names.
+/// The files of rejected records, in the order of their names; before each the one that a killed run left of it, which it would
+/// else be renamed over.
 fn rejected(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let names = fs::read_dir(folder)
         .with_context(|| format!("{}\nhint: spool.folder in the configuration names its parent; only root or the service's user may read it", folder.display()))?;
@@ -43,7 +44,11 @@ fn rejected(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
         let name = file.file_name().and_then(|name| name.to_str());
         name.is_some_and(|name| name.starts_with(REFUSED))
     });
-    files.sort();
+    files.sort_by_key(|file| {
+        let name = file.display().to_string();
+        let home = name.strip_suffix(SENDING).map(str::to_owned);
+        (home.is_none(), home.unwrap_or(name))
+    });
     Ok(files)
 }
 

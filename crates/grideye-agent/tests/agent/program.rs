@@ -300,11 +300,13 @@ fn rejected_records_are_sent_again_and_those_that_are_rejected_again_stay() {
         std::fs::read_to_string(&file).unwrap(),
         format!("{}\n{cut}\n", line(6))
     );
+    // Of a run that was killed, beside what a running agent set aside since.
+    std::fs::write(quarantine.join("refused-b1.jsonl.sending"), line(9)).unwrap();
     std::fs::write(&file, line(6)).unwrap();
     sent_to(
         &Collector::storing().url,
         0,
-        "1 records sent again and taken, 0 left in ",
+        "2 records sent again and taken, 0 left in ",
     );
     let left = std::fs::read_dir(&quarantine)
         .unwrap()

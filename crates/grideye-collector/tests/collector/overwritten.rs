@@ -204,7 +204,7 @@ async fn a_file_overwritten_in_place_takes_no_batch_and_stays_as_it_is() {
     for copied in ["backup", "other", "older"] {
         let site = Site::new().await;
         if copied == "older" {
-            // A copy of the file alone, as it was before the log last began anew.
+            // A copy of the file alone, as it was before the log last began again.
             cp(&site.path(), &site.at("older"));
             let (mut next, before) = (300, fs::metadata(site.path()).unwrap().len());
             while fs::metadata(site.path()).unwrap().len() == before {

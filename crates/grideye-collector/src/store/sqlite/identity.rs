@@ -1,7 +1,7 @@
 //! Tells whether a store's file and its log (`-wal`) belong together.
 //!
 //! SQLite merges whatever log it finds beside a file. So the file's header has a mark, in the field that SQLite calls the
-//! schema cookie: random in a new store and in a backup, and a little larger each time the log begins anew. A log begins
+//! schema cookie: random in a new store and in a backup, and a little larger each time the log begins again. A log begins
 //! with page 1, so the two can be compared before SQLite reads them.
 //!
 //! ```text

@@ -333,7 +333,7 @@ impl Held {
                     return Ok(());
                 }
             }
-            // Another thread or program may have begun the log anew meanwhile.
+            // Another thread or program may have begun the log again meanwhile.
             if end == before {
                 return match end {
                     None => Ok(()),
@@ -357,7 +357,7 @@ impl Held {
         Err(StoreError::Overwritten(part))
     }
 
-    /// Writes the log into the file, as far as readers allow, and begins it anew; returns whether it could.
+    /// Writes the log into the file, as far as readers allow, and begins it again; returns whether it could.
     fn checkpoint(&self, connection: &Connection) -> bool {
         let mut expected = lock(&self.expected);
         // Of the log: another collector may have set it.
@@ -527,7 +527,7 @@ impl Presence {
             return;
         }
         let is_whole = held.checkpoint(connection);
-        // A reader may keep the log from beginning anew.
+        // A reader may keep the log from beginning again.
         let now = identity::end_of_log(&held.index).map_or(frames, |(frames, _)| frames);
         let more = match is_whole {
             true => CHECKPOINT_FRAMES,
