@@ -7,7 +7,7 @@ use crate::decision::recording::{Recording, fill};
 use crate::decision::spread::{ABSENT, Cause, Spread, is_outside, one_in_a_hundred};
 use crate::decision::template::mean;
 use crate::decision::world::{Drawn, Law, World};
-use crate::numbers::{count, index, single};
+use crate::numbers::{count, single};
 use grideye_scene::Laws;
 use grideye_scene::uncertain::Uncertain;
 use rand::SeedableRng;
@@ -105,7 +105,7 @@ pub const OFFSETS_M: [f64; 6] = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
 impl Decision {
     /// Whether it is no recording of the scene.
     pub(crate) fn is_refused(&self, right_min: f64) -> bool {
-        self.right <= right_min || self.off_contrast().is_some()
+        is_refused(self.right, right_min, self.off_contrast().is_some())
     }
 
     pub(crate) fn is_agreed(&self, right_min: f64) -> bool {
@@ -161,6 +161,50 @@ impl Alternatively {
     }
 }
 
+/// What a recording, simulated or not, is refused by: how few right worlds are as far off, or a contrast.
+fn is_refused(share: f64, right_min: f64, has_off_contrast: bool) -> bool {
+    share <= right_min || has_off_contrast
+}
+
+/// What right worlds say of any recording.
+struct Right {
+    worlds: Vec<Statistics>,
+    spread: Spread,
+    /// How far off others of them are, sorted.
+    held: Vec<f64>,
+    right_min: f64,
+}
+
+impl Right {
+    fn new(worlds: Vec<Statistics>, right_min: f64) -> Self {
+        let (known, held) = worlds.split_at(FOR_STATISTICS + FOR_KINDS);
+        let (of_statistics, of_kinds) = known.split_at(FOR_STATISTICS);
+        let spread = Spread::new(of_statistics, of_kinds);
+        let held = held.iter().map(|one| spread.farthest(one).1);
+        Self {
+            held: sorted(held.collect()),
+            worlds,
+            spread,
+            right_min,
+        }
+    }
+
+    fn share(&self, one: &Statistics) -> f64 {
+        share_as_far(&self.held, self.spread.farthest(one).1)
+    }
+
+    fn refuses(&self, one: &Statistics) -> bool {
+        let has_off_contrast = self.spread.has_off_contrast(one);
+        is_refused(self.share(one), self.right_min, has_off_contrast)
+    }
+}
+
+/// Share of right worlds that are as far off or farther, among them the recording itself; of sorted distances.
+fn share_as_far(held: &[f64], off: f64) -> f64 {
+    let nearer = held.partition_point(|other| *other < off);
+    count(held.len() - nearer + 1) / count(held.len() + 1)
+}
+
 /// How a decision is made.
 #[derive(Clone, Copy)]
 pub(crate) struct How {
@@ -178,42 +222,30 @@ pub(crate) fn decide(
     laws: &Laws,
     how: How,
 ) -> Option<Decision> {
-    let right_min = how.right_min;
     let mut worlds = Worlds::new(film, recording, laws, how.is_stopped);
-    let right = worlds.right()?;
-    let (known, held) = right.split_at(FOR_STATISTICS + FOR_KINDS);
-    let (of_statistics, of_kinds) = known.split_at(FOR_STATISTICS);
-    let spread = Spread::new(of_statistics, of_kinds);
-    let held = held.iter();
-    let mut held: Vec<f64> = held.map(|one| spread.farthest(one).1).collect();
-    held.sort_by(f64::total_cmp);
+    let right = Right::new(worlds.right()?, how.right_min);
     let found = worlds.model.of(&recording.pictures);
-    let (place, off) = spread.farthest(&found);
-    let farther = held.iter().filter(|other| **other >= off).count();
-    let rank = (count(farther) + 1.0) / (count(held.len()) + 1.0);
-    if how.is_brief && (rank <= right_min || spread.has_off_contrast(&found)) {
+    if how.is_brief && right.refuses(&found) {
         return None;
     }
-    let refused = held.len() - 1 - index(right_min * count(held.len() + 1));
-    let is_refused =
-        |one: &Statistics| spread.farthest(one).1 > held[refused] || spread.has_off_contrast(one);
     worlds.draw_others();
     let alternatives: Vec<Alternatively> = (0..worlds.model.hypotheses.len())
-        .map(|hypothesis| worlds.alternatively(hypothesis, &found, &right, &is_refused))
+        .map(|hypothesis| worlds.alternatively(hypothesis, &found, &right))
         .collect::<Option<_>>()?;
     let is_agreed = |one: &Statistics| {
         let mut all = alternatives.iter().zip(&one.likeness);
-        !is_refused(one) && all.all(|(one, likeness)| !one.counts() || *likeness > one.limit)
+        !right.refuses(one) && all.all(|(one, likeness)| !one.counts() || *likeness > one.limit)
     };
     let are_asked = !worlds.film.people.is_empty() && !how.is_brief;
     let mut offsets = OFFSETS_M.into_iter().filter(|_| are_asked);
     let refused_aside_m = offsets.find(|aside_m| worlds.refuse_aside(*aside_m, &is_agreed));
     let too_wide = match how.is_brief {
         true => None,
-        false => worlds.too_wide(&alternatives, &is_refused),
+        false => worlds.too_wide(&alternatives, &right),
     };
     let (model, film) = (&worlds.model, &worlds.film);
-    let (cause, worst) = spread.worst(place, &found, model, film);
+    let spread = &right.spread;
+    let (cause, worst) = spread.worst(&found, model, film);
     let contrasts = found.contrasts.iter().zip(spread.contrasts(&found));
     let contrasts = contrasts
         .zip(0..)
@@ -223,7 +255,7 @@ pub(crate) fn decide(
             range,
         });
     Some(Decision {
-        right: rank,
+        right: right.share(&found),
         worst,
         cause,
         contrasts: contrasts.collect(),
@@ -300,31 +332,30 @@ impl<'a> Worlds<'a> {
         &mut self,
         number: usize,
         found: &Statistics,
-        right: &[Statistics],
-        is_refused: &impl Fn(&Statistics) -> bool,
+        right: &Right,
     ) -> Option<Alternatively> {
         if (self.is_stopped)() {
             return None;
         }
         let of = self.model.hypotheses[number].what.clone();
-        let right = right.iter().map(|right| right.likeness[number]);
-        let right = sorted(right.collect());
-        let above = |limit| right.len() - right.partition_point(|likeness| *likeness <= limit);
+        let scenes = right.worlds.iter().map(|one| one.likeness[number]);
+        let scenes = sorted(scenes.collect());
+        let above = |limit| scenes.len() - scenes.partition_point(|likeness| *likeness <= limit);
         let first = (0..OF_ALTERNATIVE).map(|index| {
             let world = self.world_of(&of, index);
             self.model.likeness(number, &world)
         });
         let first: Vec<f64> = first.collect();
         let mut limit = one_in_a_hundred(&sorted(first.clone()), f64::NEG_INFINITY, OF_ALTERNATIVE);
-        if above(limit) < right.len() {
+        if above(limit) < scenes.len() {
             let mut near = Vec::new();
             for index in 0..OF_NEAR {
-                if first.get(index).is_some_and(|first| *first <= right[0]) {
+                if first.get(index).is_some_and(|first| *first <= scenes[0]) {
                     continue;
                 }
                 let world = self.world_of(&of, index);
                 let likeness = self.model.likeness(number, &world);
-                if likeness > right[0] {
+                if likeness > scenes[0] {
                     near.push((likeness, world));
                 }
                 if near.len() == 2 * LOOKED_AT {
@@ -333,8 +364,8 @@ impl<'a> Worlds<'a> {
             }
             nearest(&mut near);
             // Below the last that is looked at nothing is known.
-            let lowest = near.get(LOOKED_AT - 1).map_or(right[0], |last| last.0);
-            near.retain(|(_, world)| !is_refused(&self.model.of(world)));
+            let lowest = near.get(LOOKED_AT - 1).map_or(scenes[0], |last| last.0);
+            near.retain(|(_, world)| !right.refuses(&self.model.of(world)));
             let agreed = near.iter().map(|near| near.0).collect();
             limit = one_in_a_hundred(&sorted(agreed), lowest, OF_NEAR);
         }
@@ -379,11 +410,7 @@ impl<'a> Worlds<'a> {
 
     /// The law that lets most recordings of what is not told apart look like this one, if without it they would be half as
     /// many.
-    fn too_wide(
-        &mut self,
-        alternatives: &[Alternatively],
-        is_refused: &impl Fn(&Statistics) -> bool,
-    ) -> Option<(Law, String)> {
+    fn too_wide(&mut self, alternatives: &[Alternatively], right: &Right) -> Option<(Law, String)> {
         let untold = alternatives.iter().enumerate();
         let untold = untold.filter(|(_, one)| !one.is_told() && one.counts());
         let untold: Vec<_> = untold.take(UNTOLD_MOST).collect();
@@ -400,7 +427,7 @@ impl<'a> Worlds<'a> {
                     let shown = one.of.shown(worlds.film, &world);
                     let recorded = worlds.recorded(shown, &error);
                     let beyond = worlds.model.likeness(*hypothesis, &recorded) - one.likeness;
-                    match beyond > 0.0 && !is_refused(&worlds.model.of(&recorded)) {
+                    match beyond > 0.0 && !right.refuses(&worlds.model.of(&recorded)) {
                         true => beyond,
                         false => 0.0,
                     }
@@ -489,4 +516,18 @@ fn nearest(worlds: &mut Vec<(f64, Vec<Image>)>) {
 fn sorted(mut values: Vec<f64>) -> Vec<f64> {
     values.sort_by(f64::total_cmp);
     values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With the recording itself these are 4 of 267, the most that .015 allows.
+    #[test]
+    fn a_recording_is_refused_where_three_of_266_are_as_far() {
+        let held: Vec<f64> = (1_u16..=266).map(f64::from).collect();
+        let is_refused = |off| is_refused(share_as_far(&held, off), 0.015, false);
+        assert!(is_refused(264.0) && is_refused(263.5) && is_refused(300.0));
+        assert!(!is_refused(263.0) && !is_refused(262.5) && !is_refused(0.0));
+    }
 }

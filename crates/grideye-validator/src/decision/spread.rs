@@ -229,13 +229,14 @@ impl Spread {
         [low, high].map(|from| middle + times * (from - middle))
     }
 
+    /// What is farthest off, in words.
     pub(crate) fn worst(
         &self,
-        place: usize,
         statistics: &Statistics,
         model: &Model,
         film: &Film,
     ) -> (Cause, String) {
+        let place = self.farthest(statistics).0;
         let warmer = |sign: f32| {
             let index = self.block(statistics, sign, place > 3).0;
             let (stretch, row, column) = model.block(index);
