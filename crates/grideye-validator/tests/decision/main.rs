@@ -194,34 +194,40 @@ fn tolerance_does_not_buy_agreement() {
     }
 }
 
-/// Kolmogorov and Smirnov, of two samples and one side: right recordings have no low p more often than by chance, so no more of
-/// them are refused than are said to be. The p is the rank among 266 worlds, which are drawn with the same numbers for every
-/// recording. These recordings vary less than the worlds may, and their p is higher than by chance.
+/// Kolmogorov and Smirnov, of two samples: the p of right recordings is uniform, so as many of them are refused as are said to
+/// be. It is the rank among 266 simulated recordings, which are drawn with the same numbers for every recording. Few recordings
+/// tell little: of the same kind, 24 of the seeds from 77 on have a mean of .66, and the 76 after them one of .46.
 #[test]
-fn the_p_of_right_recordings_is_not_low() {
+fn the_p_of_right_recordings_is_uniform() {
     let mut are_right = true;
-    for (frames, pattern_c) in [(10, 0.2), (50, 0.0), (50, 0.45), (300, 0.38)] {
-        // Few of ten frames tell little.
-        if frames == 10 && number(1) == 1 {
+    let long = std::env::var_os("GRIDEYE_WORLDS").is_some();
+    let cases = [(50, 0.45), (50, 0.0), (10, 0.2), (300, 0.38)];
+    for ((frames, pattern_c), case) in cases.into_iter().zip(1_u64..) {
+        let name = format!("{frames} frames, pattern {pattern_c}");
+        if case > 1 && !long || !is_asked(&name) {
             continue;
         }
-        let number = number(if frames == 300 { 4 } else { 24 });
+        let number = number(64);
         let unit = Unit { pattern_c, ..UNIT };
         let more = format!("[[uncertain]]\nkey = \"room.background_c\"\nsd = {pattern_c}\n");
-        let all = judged(WALK, frames, Truth::Right, (unit, &more), number);
-        let mut shares: Vec<f64> = all
-            .iter()
-            .map(|one| one.decision.as_ref().unwrap().right)
-            .collect();
+        let scene = scene(WALK, frames, &more);
+        // The same draws would be no second case.
+        let mut shares = compared(number, |seed| {
+            let records = record(WALK, frames, Truth::Right, unit, 1_000 * case + seed);
+            let found = compare_scene(&records, &scene, SENSOR, &options()).unwrap();
+            found.decision.unwrap().right
+        });
         shares.sort_by(f64::total_cmp);
         let steps = shares.iter().enumerate();
         let farthest = steps.fold(0.0_f64, |most, (index, p)| {
-            most.max(share(index + 1) / float(number) - p)
+            let [before, after] = [index, index + 1].map(|index| share(index) / float(number));
+            most.max(after - p).max(p - before)
         });
-        let limit = 1.52 * (1.0 / float(number) + 1.0 / 266.0).sqrt();
+        let limit = 1.63 * (1.0 / float(number) + 1.0 / 266.0).sqrt();
         let mean = shares.iter().sum::<f64>() / float(number);
+        let refused = shares.partition_point(|p| *p <= 0.015);
         println!(
-            "{frames} frames, pattern {pattern_c}: D = {farthest:.3}, 99 % below {limit:.3}; mean {mean:.2}"
+            "{name}: D = {farthest:.3}, 99 % below {limit:.3}; mean {mean:.2}, refused {refused}"
         );
         are_right &= farthest < limit;
     }

@@ -161,6 +161,18 @@ impl Draws {
         let draw: f64 = StandardNormal.sample(&mut self.0);
         sd * draw
     }
+
+    /// Noise of ten in a second that is forgotten in 0.7 s.
+    fn wander<const N: usize>(&mut self, sd: f64, number: u32) -> Vec<[f64; N]> {
+        let kept = (-0.1_f64 / 0.7).exp();
+        let mut now = [(); N].map(|()| self.normal(sd));
+        let step = |_| {
+            let before = now;
+            now = now.map(|now| kept * now + self.normal(sd * (1.0 - kept * kept).sqrt()));
+            before
+        };
+        (0..number).map(step).collect()
+    }
 }
 
 /// What the sensor sees, °C.
@@ -207,7 +219,8 @@ fn shown(ways: &[Way], frames: u32, truth: Truth, draws: &mut Draws) -> Vec<[f64
             _ => index,
         };
         let time_s = (f64::from(index) / 10.0 - lag_s).max(0.0);
-        room.image(Duration::from_secs_f64(time_s), usize::from(is_gone))
+        let time = Duration::from_secs_f64(time_s);
+        room.image(index, time, usize::from(is_gone))
     };
     (0..frames).map(image).collect()
 }
@@ -215,6 +228,7 @@ fn shown(ways: &[Way], frames: u32, truth: Truth, draws: &mut Draws) -> Vec<[f64
 /// A room with its people, each warmer or colder than the scene has it.
 struct Room {
     contrasts: Vec<f64>,
+    looks: Vec<Vec<[f64; 64]>>,
     each: Vec<Simulator>,
     together: Simulator,
 }
@@ -229,16 +243,21 @@ impl Room {
         };
         Self {
             contrasts: people.iter().map(|person| person.contrast).collect(),
+            looks: people.iter().map(|person| person.looks.clone()).collect(),
             each: people.chunks(1).map(simulator).collect(),
             together: simulator(people),
         }
     }
 
     /// Without the first `gone`.
-    fn image(&self, time: Duration, gone: usize) -> [f64; 64] {
+    fn image(&self, index: u32, time: Duration, gone: usize) -> [f64; 64] {
         let mut image = [AMBIENT_C; 64];
-        let mut show = |simulator: &Simulator, times: f64| {
-            for (pixel, celsius) in image.iter_mut().zip(simulator.image(time).celsius) {
+        let mut show = |simulator: &Simulator, times: [f64; 64]| {
+            for ((pixel, celsius), times) in image
+                .iter_mut()
+                .zip(simulator.image(time).celsius)
+                .zip(times)
+            {
                 *pixel += times * (celsius - AMBIENT_C);
             }
         };
@@ -247,10 +266,15 @@ impl Room {
             // Less what they hide of each other, with their mean contrast.
             hidden = self.contrasts.iter().sum::<f64>();
             hidden /= f64::from(u32::try_from(self.each.len()).unwrap());
-            show(&self.together, hidden);
+            show(&self.together, [hidden; 64]);
         }
-        for (simulator, contrast) in self.each.iter().zip(&self.contrasts).skip(gone) {
-            show(simulator, contrast - hidden);
+        let each = self.each.iter().zip(&self.contrasts).zip(&self.looks);
+        for ((simulator, contrast), looks) in each.skip(gone) {
+            let looks = looks[usize::try_from(index).unwrap()];
+            show(
+                simulator,
+                looks.map(|more| contrast * (1.0 + more) - hidden),
+            );
         }
         image
     }
@@ -262,26 +286,27 @@ struct Person {
     /// How many times the scene's.
     contrast: f64,
     offset_m: [f64; 2],
-    /// Ten in a second.
+    /// Ten in a second, as of the looks.
     wander_m: Vec<[f64; 2]>,
+    /// By how much each pixel of what it shows differs from its model, as a share.
+    looks: Vec<[f64; 64]>,
 }
 
 impl Person {
     fn new((way, contrast): (Way, f64), frames: u32, aside_m: [f64; 2], draws: &mut Draws) -> Self {
         let offset_m = aside_m.map(|aside_m| aside_m + draws.normal(0.07));
-        let kept = (-0.1_f64 / 0.7).exp();
         let sd = if let Way::Stands(..) = way { 0.0 } else { 0.07 };
-        let mut now = [draws.normal(sd), draws.normal(sd)];
-        let mut wander_m = Vec::new();
-        for _ in 0..frames + 400 {
-            wander_m.push(now);
-            now = now.map(|now| kept * now + draws.normal(sd * (1.0 - kept * kept).sqrt()));
-        }
+        let wander_m = draws.wander(sd, frames + 400);
+        let mut of_looks = Draws(draws.0.clone());
+        // Without a change of what else is drawn; of nobody else's.
+        let stream = 1 + draws.0.get_word_pos();
+        of_looks.0.set_stream(stream.try_into().unwrap());
         Self {
             way,
             contrast,
             offset_m,
             wander_m,
+            looks: of_looks.wander(0.15, frames + 400),
         }
     }
 
