@@ -191,7 +191,7 @@ fn an_empty_room_refutes_a_person_and_tells_nothing_of_an_empty_scene() {
     let recording = bench.file("empty.csv", &rows);
     let claimed = compare(STILL, &recording, &[]);
     assert_eq!(claimed.code, 1, "{claimed:?}");
-    let why = "it is not where or when the scene has it";
+    let why = "nobody is there, only the room and noise";
     assert!(claimed.stdout.contains(why), "{claimed:?}");
     cannot_tell(
         &compare(empty.to_str().unwrap(), &recording, &[]),

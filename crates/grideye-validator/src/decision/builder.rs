@@ -76,6 +76,11 @@ impl Equations {
         }
     }
 
+    /// Product of all subjects together with themselves.
+    pub(super) fn square(&self) -> f64 {
+        self.products.iter().flatten().sum()
+    }
+
     pub(super) fn solve(&self, products: &[f64]) -> Vec<f64> {
         if self.lower.is_empty() {
             return vec![1.0; products.len()];

@@ -37,7 +37,7 @@ pub struct Decision {
     /// The law that keeps these from being told apart most: its key, and its standard deviation.
     #[serde(skip)]
     pub(crate) too_wide: Option<(Law, String)>,
-    /// Whether the recording may show nothing but the room and noise.
+    /// Whether it shows nothing but the room and noise, as far as can be told.
     pub is_empty: bool,
     /// How far the level of all pixels runs away from the scene's, beyond the slow drift that was removed, °C.
     pub drift_c: f64,
@@ -243,9 +243,16 @@ pub(crate) fn decide(
         true => None,
         false => worlds.too_wide(&alternatives, &right),
     };
+    let nobody = alternatives
+        .iter()
+        .find(|one| one.of == Alternative::Nobody);
+    let is_empty = nobody.is_some_and(|one| !one.is_told()) && worlds.shows_only_the_room();
     let (model, film) = (&worlds.model, &worlds.film);
     let spread = &right.spread;
-    let (cause, worst) = spread.worst(&found, model, film);
+    let (cause, worst) = match is_empty && right.refuses(&found) {
+        true => (Cause::Nobody, nobody_is_there(film).to_owned()),
+        false => spread.worst(&found, model, film),
+    };
     let contrasts = found.contrasts.iter().zip(spread.contrasts(&found));
     let contrasts = contrasts
         .zip(0..)
@@ -262,9 +269,7 @@ pub(crate) fn decide(
         delay_s: found.lag_s,
         delay_range_s: spread.range(0, 1),
         refused_aside_m,
-        is_empty: alternatives
-            .iter()
-            .any(|one| one.of == Alternative::Nobody && !one.is_told()),
+        is_empty,
         alternatives,
         too_wide,
         drift_c: film.drift_c(&recording.pictures),
@@ -475,6 +480,18 @@ impl<'a> Worlds<'a> {
         all
     }
 
+    /// Whether all that is warm in it, anywhere and at any time, is hardly more than noise.
+    fn shows_only_the_room(&mut self) -> bool {
+        let empty = (0..OF_ALTERNATIVE).map(|index| {
+            let world = self.world_of(&Alternative::Nobody, index);
+            self.model.beyond_room(&world)
+        });
+        let empty = sorted(empty.collect());
+        let most = one_in_a_hundred(&empty, f64::NEG_INFINITY, OF_ALTERNATIVE);
+        let subjects = self.model.subjects();
+        self.model.beyond_room(&self.recording.pictures) <= most + ABSENT * subjects
+    }
+
     /// What is recorded of what is shown.
     fn recorded(&self, mut shown: Vec<Image>, error: &[Image]) -> Vec<Image> {
         for (shown, error) in shown.iter_mut().zip(error) {
@@ -498,6 +515,13 @@ impl<'a> Worlds<'a> {
         // Most offsets are not refused: one too many that agree is enough to know.
         let most = number / 10;
         agreed.take(most + 1).count() <= most
+    }
+}
+
+fn nobody_is_there(film: &Film) -> &'static str {
+    match film.people.is_empty() {
+        true => "nothing warm is there, only the room and noise",
+        false => "nobody is there, only the room and noise",
     }
 }
 

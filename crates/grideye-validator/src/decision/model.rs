@@ -130,12 +130,11 @@ impl Model {
             .map(|(subject, with_room)| subject[lag].product(recording) - with_room)
             .collect();
         let contrasts = equations.solve(&products);
-        let all = |values: &[f64]| values.iter().sum::<f64>();
-        let square: f64 = equations.products.iter().map(|row| all(row)).sum();
         let explained = contrasts.iter().zip(&products);
+        let all: f64 = products.iter().sum();
         Fit {
             lag,
-            contrast: (all(&products) + PRIOR) / (square + PRIOR),
+            contrast: (all + PRIOR) / (equations.square() + PRIOR),
             explained: explained
                 .map(|(contrast, product)| contrast * product)
                 .sum(),
@@ -191,6 +190,16 @@ impl Model {
             room => self.in_room(0, recording) - self.in_room(room, recording),
         };
         self.likeness_at(hypothesis, recording, &self.fit(recording), in_rooms)
+    }
+
+    /// `W` of what a recording shows beyond the room.
+    pub(crate) fn beyond_room(&self, recording: &[Image]) -> f64 {
+        self.noise.square(recording) + self.rooms[0].square - 2.0 * self.in_room(0, recording)
+    }
+
+    /// `W` of what all subjects show, as the scene has them.
+    pub(crate) fn subjects(&self) -> f64 {
+        self.equations[self.lags_s.len() / 2].square()
     }
 
     pub(crate) fn of(&self, recording: &[Image]) -> Statistics {

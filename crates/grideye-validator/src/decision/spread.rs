@@ -21,6 +21,7 @@ pub(crate) enum Cause {
     Extra,
     Missing,
     Alternative,
+    Nobody,
 }
 
 /// How surprising what one in twenty exceeds is: ln 20.

@@ -9,7 +9,7 @@ use crate::align::{
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
 use crate::decision::{
-    Alternative, Compared, Decision, Film, How, Image, Recording, Remedy, Rendered, decide,
+    Alternative, Cause, Compared, Decision, Film, How, Image, Recording, Remedy, Rendered, decide,
     mounting, remedy,
 };
 use crate::error::{Side, ValidatorError, check_setting};
@@ -184,9 +184,10 @@ fn decided(
     let level_max_c = unit.map_or(options.thresholds.offset_max_c, |unit| {
         unit.level_c(&options.thresholds)
     });
-    let is_refused =
-        decision.is_refused(right_min) || film.level_c(&recording.pictures).abs() > level_max_c;
-    if !(options.advises && is_refused) {
+    // Where nobody is, no change of the scene's people is the cause.
+    let asks = film.level_c(&recording.pictures).abs() > level_max_c
+        || decision.is_refused(right_min) && decision.cause != Cause::Nobody;
+    if !(options.advises && asks) {
         *rendered = film.into_rendered();
         return Ok((decision, None));
     }

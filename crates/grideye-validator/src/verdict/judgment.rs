@@ -214,7 +214,7 @@ fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Ins
         let torn = prior.torn().map(|torn| (format!("{reason} {torn}"), WHOLE));
         return Some(torn.unwrap_or((reason, LONGER)));
     }
-    // Where right recordings hardly ever look empty, somebody is missing.
+    // Where right recordings hardly ever look empty, nobody is there.
     let decision = prior.decision.as_ref()?;
     let is_empty = decision.is_empty && !decision.is_refused(thresholds.right_min);
     let reason = "The recording shows nothing but the room and noise, which neither confirms nor refutes a scene.";

@@ -43,6 +43,7 @@ fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
         return asked.weighed(State::Met, sentence, ("", turns.join(", ")));
     }
     let step = match decision.cause {
+        Cause::Nobody => NOBODY,
         _ if decision.contrasts.iter().any(Contrast::is_absent) => ELSEWHERE,
         Cause::Contrast => WARMTH,
         Cause::Lag => {
@@ -70,6 +71,8 @@ fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
 const WARMTH: &str =
     "Check the temperatures of people and objects, and what the people wear (person.clothing).";
 
+const NOBODY: &str = "Check whether what the scene has was there when this was recorded, and the second of the scene at which the recording starts (`--start`).";
+
 const ELSEWHERE: &str = "Check the second of the scene at which the recording starts (`--start`), the places of people and sensor, and how the image lies (`--align orientation`).";
 
 fn contrast(decision: &Decision) -> Weighed {
@@ -87,6 +90,7 @@ fn contrast(decision: &Decision) -> Weighed {
         let [low, high] = range(off);
         let (name, found) = (name(off), fixed(off.found, 2));
         let (why, step) = match off.is_absent() {
+            _ if decision.cause == Cause::Nobody => (": the recording shows only the room", NOBODY),
             true => (": it is not where or when the scene has it", ELSEWHERE),
             false => ("", WARMTH),
         };
