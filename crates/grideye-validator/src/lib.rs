@@ -35,6 +35,7 @@
 //! # Ok::<(), grideye_validator::ValidatorError>(())
 //! ```
 
+mod advice;
 pub mod align;
 pub mod background;
 pub mod calibrate;

@@ -394,7 +394,7 @@ fn share_hidden(people: &mut [Walker], room: &[Image], with: &[Image]) {
     }
 }
 
-pub(super) fn moment(time_s: f64) -> Duration {
+pub(crate) fn moment(time_s: f64) -> Duration {
     Duration::try_from_secs_f64(time_s.max(0.0)).unwrap_or_default()
 }
 
@@ -490,17 +490,17 @@ pub(crate) fn image(celsius: &[f64]) -> Image {
     std::array::from_fn(|pixel| single(celsius.get(pixel).copied().unwrap_or_default()))
 }
 
-pub(super) fn add(image: &mut Image, other: &Image, share: f32) {
+pub(crate) fn add(image: &mut Image, other: &Image, share: f32) {
     for pixel in 0..PIXELS {
         image[pixel] += share * other[pixel];
     }
 }
 
-pub(super) fn less(with: &Image, without: &Image) -> Image {
+pub(crate) fn less(with: &Image, without: &Image) -> Image {
     std::array::from_fn(|pixel| with[pixel] - without[pixel])
 }
 
-pub(super) fn turned(images: &[Image], orientation: Orientation) -> Vec<Image> {
+pub(crate) fn turned(images: &[Image], orientation: Orientation) -> Vec<Image> {
     images
         .iter()
         .map(|image| orientation.apply(image))

@@ -14,27 +14,20 @@
 
 mod alternative;
 mod builder;
-mod change;
-mod decide;
+pub(crate) mod decide;
 mod displaced;
-mod film;
+pub(crate) mod film;
 mod model;
-mod mounting;
-mod recording;
-mod remedy;
-mod search;
-mod spread;
-mod template;
+pub(crate) mod recording;
+pub(crate) mod spread;
+pub(crate) mod template;
 mod unit;
 mod world;
 
 pub(crate) use alternative::Alternative;
-pub(crate) use change::Compared;
 pub use decide::{Alternatively, Contrast, Decision, OFFSETS_M};
 pub(crate) use decide::{How, decide};
 pub(crate) use film::{Film, Image, Rendered};
-pub(crate) use mounting::mounting;
 pub(crate) use recording::Recording;
-pub(crate) use remedy::{Remedy, remedy};
 pub(crate) use spread::Cause;
 pub(crate) use world::Law;

@@ -1,5 +1,6 @@
 //! Compares one stream of a recording with what a scene's sensor would see.
 
+use crate::advice::{Compared, Remedy, remedy};
 use crate::align::aligner::{Aligner, still_orientation};
 use crate::align::clock::Clock;
 use crate::align::series::nearest_step_s;
@@ -9,8 +10,7 @@ use crate::align::{
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
 use crate::decision::{
-    Alternative, Cause, Compared, Decision, Film, How, Image, Recording, Remedy, Rendered, decide,
-    mounting, remedy,
+    Alternative, Cause, Decision, Film, How, Image, Recording, Rendered, decide,
 };
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
@@ -20,6 +20,7 @@ use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
 use crate::frames::{LeftOut, Protocol, RealFrame, RoomSource, sensor_step_c};
 use crate::numbers::{count, evenly, mean_frame, single};
+use crate::scene_comparison::mounting::mounting;
 use crate::scene_comparison::notes;
 use crate::scene_comparison::rendering::Renderer;
 use crate::scene_comparison::types::{

@@ -2,6 +2,7 @@
 
 mod compare_scene;
 mod known_scene;
+mod mounting;
 mod notes;
 mod rendering;
 mod types;

@@ -1,6 +1,7 @@
 //! The verdict of hand-built decisions: which criterion fails or stays open, and that its sentence reads well.
 
-use crate::decision::{Alternative, Alternatively, Cause, Contrast, Decision, Remedy};
+use crate::advice::Remedy;
+use crate::decision::{Alternative, Alternatively, Cause, Contrast, Decision};
 use crate::thresholds::Thresholds;
 use crate::verdict::judgment::judge;
 use crate::verdict::sensor_criteria::Inspection;

@@ -1,7 +1,8 @@
 //! The evidence that a verdict is judged on, and the verdict.
 
+use crate::advice::Remedy;
 use crate::align::Orientation;
-use crate::decision::{Decision, Remedy};
+use crate::decision::Decision;
 use crate::frames::RoomSource;
 use crate::frames::fitted::FittedShare;
 use crate::names::named;

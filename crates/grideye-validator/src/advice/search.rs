@@ -1,7 +1,7 @@
 //! Tries every single change of scene or recording, and in every orientation, for what explains a recording best.
 
+use crate::advice::change::{Change, Compared, DELAY_MAX_S, Kind, ROWS, Row, WITHIN_PEOPLE};
 use crate::align::Orientation;
-use crate::decision::change::{Change, Compared, DELAY_MAX_S, Kind, ROWS, Row, WITHIN_PEOPLE};
 use crate::decision::film::{Film, Image, Rendered, add, image, less, moment, turned};
 use crate::decision::template::{NoiseModel, centered};
 use crate::numbers::{count, evenly, index, median, single, whole};

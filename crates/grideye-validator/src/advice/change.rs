@@ -28,7 +28,7 @@ pub(crate) struct Compared<'a> {
 
 /// What is changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     None,
     /// The unit of the recording's values.
     Unit,
@@ -55,10 +55,10 @@ pub(super) enum Kind {
 
 /// One change: which of its kind, and by how much.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Change {
-    pub(super) kind: Kind,
-    pub(super) of: usize,
-    pub(super) by: [f64; 2],
+pub(crate) struct Change {
+    pub(crate) kind: Kind,
+    pub(crate) of: usize,
+    pub(crate) by: [f64; 2],
     /// How far aside the first people are within their laws, meters.
     pub(super) within_m: [[f64; 2]; WITHIN_PEOPLE],
 }
@@ -230,7 +230,7 @@ impl Row {
 }
 
 impl Change {
-    pub(super) const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         kind: Kind::None,
         of: 0,
         by: [0.0; 2],
@@ -330,7 +330,7 @@ impl Change {
     }
 
     /// The scene and the sensor that it makes; `None` if there is none such.
-    pub(super) fn claimed(&self, scene: &Scene, sensor: &str) -> Option<(Scene, String)> {
+    pub(crate) fn claimed(&self, scene: &Scene, sensor: &str) -> Option<(Scene, String)> {
         let changed = match self.kind {
             Kind::Sensor => {
                 let name = others(scene, sensor).nth(self.of)?.name.clone();

@@ -1,6 +1,6 @@
 //! What a scene leaves open of its room where it has no law: how the sensor is mounted, and how warm objects are.
 
-use crate::decision::change::{Change, Kind};
+use crate::advice::change::{Change, Kind};
 use crate::decision::film::{Image, image, less};
 use grideye_scene::{Scene, SceneError, Simulator};
 use std::time::Duration;

@@ -1,10 +1,10 @@
 //! What would make a refused scene agree, and else what would bring it nearest.
 
+use crate::advice::change::{Compared, Kind};
+use crate::advice::search::{Search, Tried};
 use crate::align::Orientation;
-use crate::decision::change::{Compared, Kind};
 use crate::decision::decide::decide;
 use crate::decision::film::{Film, Rendered};
-use crate::decision::search::{Search, Tried};
 use grideye_draw::text::fixed;
 use grideye_scene::SceneError;
 
