@@ -1,10 +1,11 @@
 //! What else a recording could show.
 
 use crate::align::Orientation;
-use crate::decision::film::{Film, Image, PIXEL_COUNT, add, turned};
+use crate::decision::film::{Film, Image, PIXEL_COUNT, add, less};
 use crate::decision::world::World;
 use crate::numbers::count;
 use grideye_draw::text::fixed;
+use grideye_frame::PIXELS;
 use grideye_scene::Laws;
 use std::ops::Range;
 
@@ -146,32 +147,50 @@ impl Alternative {
         }
     }
 
-    /// The orientation in which the room is seen.
-    pub(crate) fn orientation(&self) -> Orientation {
+    /// By how much the scene's room is warmer than this one.
+    pub(crate) fn rooms_apart(&self, film: &Film) -> Vec<Image> {
         match self {
-            Self::Turned(orientation) => *orientation,
-            _ => Orientation::Upright,
+            Self::Turned(orientation) => {
+                let rooms = film.room.iter();
+                rooms
+                    .map(|room| less(room, &orientation.apply(room)))
+                    .collect()
+            }
+            _ => vec![[0.0; PIXELS]; film.len()],
         }
     }
 
-    /// What is seen without noise in a world of the alternative that otherwise draws as one of the scene.
+    /// What is seen beyond the scene's room, without noise, in a world of the alternative that otherwise draws as one of the
+    /// scene.
     pub(crate) fn shown(&self, film: &mut Film, world: &World) -> Vec<Image> {
         let World { drawn, shows } = world;
+        // Other times and orientations show the room in them.
+        let seen = |film: &Film, at: &dyn Fn(usize) -> usize, turned: Orientation| -> Vec<Image> {
+            let all = film.room.iter().enumerate();
+            all.map(|(index, room)| {
+                let at = at(index);
+                let mut whole = film.room[at];
+                add(&mut whole, &shows[at], 1.0);
+                less(&turned.apply(&whole), room)
+            })
+            .collect()
+        };
         match self {
-            Self::Nobody => film.room.clone(),
+            Self::Nobody => vec![[0.0; PIXELS]; film.len()],
             Self::Missing(person) => drawn.without_hidden(film, |number, _| number == *person),
             Self::Gone(person, part) => drawn.without_hidden(film, |number, index| {
                 number == *person && part.contains(&index)
             }),
-            Self::Aside(person, by_m) => drawn.clone().moved(*person, *by_m).claimed(film),
-            Self::Turned(orientation) => turned(shows, *orientation),
+            Self::Aside(person, by_m) => drawn.clone().moved(*person, *by_m).shown(film),
+            Self::Turned(orientation) => seen(film, &|index| index, *orientation),
             Self::Later(by_s) => {
-                let times = film.times_s.iter();
-                times
-                    .map(|time_s| shows[film.near(time_s - by_s)])
-                    .collect()
+                let at = |index: usize| film.near(film.times_s[index] - by_s);
+                seen(film, &at, Orientation::Upright)
             }
-            Self::Backwards => shows.iter().rev().copied().collect(),
+            Self::Backwards => {
+                let last = film.len() - 1;
+                seen(film, &|index| last - index, Orientation::Upright)
+            }
             Self::More(place_m) => {
                 let mut shown = shows.clone();
                 if let Some(walker) = film.people.first_mut() {

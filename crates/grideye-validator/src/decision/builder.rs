@@ -1,9 +1,8 @@
 //! The pictures of a scene and of its alternatives: means over worlds, ready for products with recordings.
 
-use crate::align::Orientation;
 use crate::decision::alternative::{Alternative, PEOPLE_MOST};
 use crate::decision::displaced::Displaced;
-use crate::decision::film::{Film, Image, add, less, turned};
+use crate::decision::film::{Film, Image, add, less};
 use crate::decision::template::{NoiseModel, Template, centered, mean};
 use crate::decision::world::{World, later};
 use crate::linear::{self, Matrix, cholesky};
@@ -23,8 +22,7 @@ const CLEAR_C: f64 = 4.0;
 
 /// Normal equations of the subjects' contrasts.
 pub(super) struct Equations {
-    pub(super) with_room: Vec<f64>,
-    pub(super) products: Matrix,
+    products: Matrix,
     /// Cholesky factor of the products and the prior; empty if they are not positive.
     lower: Matrix,
 }
@@ -33,30 +31,19 @@ pub(super) struct Equations {
 pub(crate) struct Hypothesis {
     pub(crate) what: Alternative,
     pub(super) subject: Option<usize>,
-    /// The room in this story.
-    pub(super) room: usize,
     /// By delay: the difference of the subjects, and its products.
     pub(super) difference: Vec<(Template, Products)>,
-    /// Products of the difference of the rooms, without and with each delay.
-    pub(super) rooms: RoomProducts,
+    /// The difference of the rooms, if there is one, and by delay its products with each subject.
+    pub(super) rooms: Option<(Template, Vec<Vec<f64>>)>,
     /// Whether it differs from the scene by less than noise, or than a person [`QUARTER_M`] aside: a symmetric scene is the
     /// scene, however well it is known. One more person is not if any unit may hide them.
     pub(crate) is_alike: bool,
 }
 
-/// `W` of a difference with the scene's room, with each subject, and with the difference of the rooms.
+/// `W` of a difference with each subject, and with the difference of the rooms.
 pub(super) struct Products {
-    pub(super) room: f64,
     pub(super) subjects: Vec<f64>,
     pub(super) rooms: f64,
-}
-
-#[derive(Default)]
-pub(super) struct RoomProducts {
-    pub(super) square: f64,
-    pub(super) room: f64,
-    /// By delay.
-    pub(super) subjects: Vec<Vec<f64>>,
 }
 
 /// Weight of the scene's own contrast against what the recording says: as if it were known to a standard deviation of 1. It
@@ -64,13 +51,12 @@ pub(super) struct RoomProducts {
 pub(super) const PRIOR: f64 = 1.0;
 
 impl Equations {
-    fn new(with_room: Vec<f64>, products: Matrix) -> Self {
+    fn new(products: Matrix) -> Self {
         let mut known = products.clone();
         for (place, row) in known.iter_mut().enumerate() {
             row[place] += PRIOR;
         }
         Self {
-            with_room,
             lower: cholesky(&known).unwrap_or_default(),
             products,
         }
@@ -95,8 +81,6 @@ pub(super) struct Builder<'a> {
     noise: &'a NoiseModel,
     worlds: &'a [World],
     lags_s: &'a [f64],
-    /// The scene's, then those of other orientations.
-    pub(super) rooms: Vec<Room>,
     /// All subjects.
     claimed: Vec<Image>,
     /// By delay and subject.
@@ -107,12 +91,6 @@ pub(super) struct Builder<'a> {
     /// Standard deviations by which another place, time or orientation differs from the scene at least.
     alike: f64,
     pub(super) displaced: Option<Displaced>,
-}
-
-pub(super) struct Room {
-    orientation: Orientation,
-    pub(super) pictures: Vec<Image>,
-    pub(super) template: Template,
 }
 
 impl<'a> Builder<'a> {
@@ -126,7 +104,6 @@ impl<'a> Builder<'a> {
             noise,
             worlds,
             lags_s,
-            rooms: Vec::new(),
             claimed: Vec::new(),
             pictures: vec![Vec::new(); lags_s.len()],
             subjects: Vec::new(),
@@ -134,10 +111,9 @@ impl<'a> Builder<'a> {
             alike: ALIKE,
             displaced: None,
         };
-        let _ = builder.room(film, Orientation::Upright);
         builder.claimed = vec![[0.0; PIXELS]; film.len()];
         for subject in 0..film.people.len().max(1) {
-            let alone = builder.mean(film, 0, |film, world| {
+            let alone = builder.mean(film, |film, world| {
                 let is_other = |person, _| person != subject;
                 world.drawn.without_hidden(film, is_other)
             });
@@ -166,43 +142,20 @@ impl<'a> Builder<'a> {
                 .iter()
                 .map(|subject| with(&subject[lag]))
                 .collect();
-            let equations = Equations::new(with(&builder.rooms[0].template), products);
-            builder.equations.push(equations);
+            builder.equations.push(Equations::new(products));
         }
         builder
     }
 
-    /// What worlds show beyond a room, in the mean.
-    fn mean(
-        &self,
-        film: &mut Film,
-        room: usize,
-        shown: impl Fn(&mut Film, &World) -> Vec<Image>,
-    ) -> Vec<Image> {
+    /// What worlds show beyond the room, in the mean.
+    fn mean(&self, film: &mut Film, shown: impl Fn(&mut Film, &World) -> Vec<Image>) -> Vec<Image> {
         let mut sum = vec![[0.0; PIXELS]; film.len()];
         for world in self.worlds {
-            let shown = shown(film, world);
-            let beyond = shown.iter().zip(&self.rooms[room].pictures);
-            for (sum, (shown, room)) in sum.iter_mut().zip(beyond) {
-                add(sum, &less(shown, room), single(1.0 / count(FOR_MEAN)));
+            for (sum, shown) in sum.iter_mut().zip(&shown(film, world)) {
+                add(sum, shown, single(1.0 / count(FOR_MEAN)));
             }
         }
         sum
-    }
-
-    fn room(&mut self, film: &Film, orientation: Orientation) -> usize {
-        let mut rooms = self.rooms.iter();
-        rooms
-            .position(|room| room.orientation == orientation)
-            .unwrap_or_else(|| {
-                let pictures = turned(&film.room, orientation);
-                self.rooms.push(Room {
-                    orientation,
-                    template: self.noise.template(&pictures),
-                    pictures,
-                });
-                self.rooms.len() - 1
-            })
     }
 
     /// The part of a difference that another contrast would explain.
@@ -229,8 +182,8 @@ impl<'a> Builder<'a> {
             let ways = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
             let [right, left, up, down] = ways.map(|way| {
                 let by_m = way.map(|part| QUARTER_M * part);
-                let other = self.mean(film, 0, |film, world| {
-                    world.drawn.clone().moved(person, by_m).claimed(film)
+                let other = self.mean(film, |film, world| {
+                    world.drawn.clone().moved(person, by_m).shown(film)
                 });
                 let pairs = self.claimed.iter().zip(&other);
                 pairs
@@ -263,17 +216,16 @@ impl<'a> Builder<'a> {
     }
 
     pub(super) fn hypothesis(&mut self, film: &mut Film, what: Alternative) -> Hypothesis {
-        let room = self.room(film, what.orientation());
-        let other = self.mean(film, room, |film, world| what.shown(film, world));
-        let pairs = self.claimed.iter().zip(&other);
-        let apart: Vec<Image> = pairs.map(|(claimed, other)| less(claimed, other)).collect();
+        let other = self.mean(film, |film, world| what.shown(film, world));
+        let rooms_apart = what.rooms_apart(film);
+        let pairs = self.claimed.iter().zip(other.iter().zip(&rooms_apart));
+        // Without what the rooms differ by, which is no warmer if the subjects are.
+        let apart = pairs.map(|(claimed, (other, rooms))| less(&less(claimed, other), rooms));
+        let apart: Vec<Image> = apart.collect();
         let seen = match &self.displaced {
             Some(displaced) if what.comes_or_goes() => displaced.unexplained(&apart, self.noise),
             _ => apart.clone(),
         };
-        let own = &self.rooms[0];
-        let pairs = own.pictures.iter().zip(&self.rooms[room].pictures);
-        let rooms_apart: Vec<Image> = pairs.map(|(own, other)| less(own, other)).collect();
         let rooms_template = self.noise.template(&rooms_apart);
         let products = |template: &Template, pictures: &[Vec<Image>]| -> Vec<f64> {
             pictures
@@ -290,7 +242,6 @@ impl<'a> Builder<'a> {
                 let mut template = self.noise.template(&delayed(&seen));
                 template.square = template.product(&delayed(&apart));
                 let all = Products {
-                    room: template.product(&own.pictures),
                     subjects: products(&template, pictures),
                     rooms: rooms_template.product(&delayed(&apart)),
                 };
@@ -311,16 +262,12 @@ impl<'a> Builder<'a> {
         Hypothesis {
             subject: what.person(),
             is_alike,
-            room,
-            rooms: RoomProducts {
-                square: rooms_template.square,
-                room: rooms_template.product(&own.pictures),
-                subjects: self
-                    .pictures
-                    .iter()
-                    .map(|pictures| products(&rooms_template, pictures))
-                    .collect(),
-            },
+            rooms: (rooms_template.square > 0.0).then(|| {
+                let all = self.pictures.iter();
+                let with = all.map(|pictures| products(&rooms_template, pictures));
+                let with = with.collect();
+                (rooms_template, with)
+            }),
             difference,
             what,
         }

@@ -224,7 +224,7 @@ pub(crate) fn decide(
 ) -> Option<Decision> {
     let mut worlds = Worlds::new(film, recording, laws, how.is_stopped);
     let right = Right::new(worlds.right()?, how.right_min);
-    let found = worlds.model.of(&recording.pictures);
+    let found = worlds.model.of(&worlds.seen);
     if how.is_brief && right.refuses(&found) {
         return None;
     }
@@ -284,6 +284,8 @@ struct Worlds<'a> {
     film: &'a mut Film,
     laws: &'a Laws,
     recording: &'a Recording,
+    /// Of the recording, beyond the room.
+    seen: Vec<Image>,
     model: Model,
     random: ChaCha8Rng,
     /// What units added to the first right worlds, for others to use again.
@@ -302,7 +304,10 @@ impl<'a> Worlds<'a> {
     ) -> Self {
         // Any seed will do, but the same recording always gets the same verdict.
         let mut random = ChaCha8Rng::seed_from_u64(0x0064_6563_6964_6500);
+        let mut seen = film.beyond_room(&recording.pictures);
+        fill(&mut seen, &recording.missing);
         Self {
+            seen,
             model: Model::new(film, laws, &recording.unit, &mut random),
             film,
             laws,
@@ -321,7 +326,7 @@ impl<'a> Worlds<'a> {
             }
             let drawn = Drawn::of(self.film, self.laws, &mut self.random);
             let drawn = drawn.with_own_looks(self.film, self.laws, &mut self.random);
-            let shown = drawn.claimed(self.film);
+            let shown = drawn.shown(self.film);
             let unit = &self.recording.unit;
             let error = unit.errors(self.film.len(), &mut self.random);
             let statistics = self.model.of(&self.recorded(shown, &error));
@@ -484,12 +489,12 @@ impl<'a> Worlds<'a> {
     fn shows_only_the_room(&mut self) -> bool {
         let empty = (0..OF_ALTERNATIVE).map(|index| {
             let world = self.world_of(&Alternative::Nobody, index);
-            self.model.beyond_room(&world)
+            self.model.square(&world)
         });
         let empty = sorted(empty.collect());
         let most = one_in_a_hundred(&empty, f64::NEG_INFINITY, OF_ALTERNATIVE);
         let subjects = self.model.subjects();
-        self.model.beyond_room(&self.recording.pictures) <= most + ABSENT * subjects
+        self.model.square(&self.seen) <= most + ABSENT * subjects
     }
 
     /// What is recorded of what is shown.
@@ -508,7 +513,7 @@ impl<'a> Worlds<'a> {
             let angle = std::f64::consts::TAU * count(*index) / count(number);
             let by_m = [aside_m * angle.cos(), aside_m * angle.sin()];
             let drawn = self.others[*index].drawn.clone();
-            let shown = drawn.moved(0, by_m).claimed(self.film);
+            let shown = drawn.moved(0, by_m).shown(self.film);
             let recorded = self.recorded(shown, &self.errors[*index]);
             is_agreed(&self.model.of(&recorded))
         });

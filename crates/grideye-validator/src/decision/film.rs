@@ -187,12 +187,12 @@ impl Film {
         mut shown: impl FnMut(&Scene) -> Result<Vec<Image>, SceneError>,
     ) -> Result<(), SceneError> {
         let own: Vec<Image> = self
-            .claimed()
+            .subjects()
             .into_iter()
             .zip(&self.room)
-            .map(|(mut claimed, room)| {
-                add(&mut claimed, room, 1.0);
-                claimed
+            .map(|(mut own, room)| {
+                add(&mut own, room, 1.0);
+                own
             })
             .collect();
         for variant in own_scene.variants() {
@@ -223,7 +223,7 @@ impl Film {
     }
 
     /// The subjects, as the scene has them.
-    pub(crate) fn claimed(&self) -> Vec<Image> {
+    pub(crate) fn subjects(&self) -> Vec<Image> {
         let mut all = self
             .objects
             .clone()
@@ -258,17 +258,19 @@ impl Film {
         }
     }
 
+    /// Pictures less those of the room.
+    pub(crate) fn beyond_room(&self, pictures: &[Image]) -> Vec<Image> {
+        let pairs = pictures.iter().zip(&self.room);
+        pairs.map(|(seen, room)| less(seen, room)).collect()
+    }
+
     /// How much warmer each picture is than the scene, °C, as most of its pixels say.
     fn levels_c(&self, pictures: &[Image]) -> Vec<f64> {
-        let claimed = self.claimed();
-        let levels = pictures.iter().zip(claimed.iter().zip(&self.room));
-        levels
-            .map(|(seen, (claimed, room))| {
-                let left =
-                    (0..PIXELS).map(|pixel| f64::from(seen[pixel] - claimed[pixel] - room[pixel]));
-                median(&left.collect::<Vec<f64>>()).unwrap_or(0.0)
-            })
-            .collect()
+        let beyond = self.beyond_room(pictures);
+        let pairs = beyond.iter().zip(self.subjects());
+        let level =
+            |(seen, subjects): (&Image, Image)| median(&less(seen, &subjects).map(f64::from));
+        pairs.map(|pair| level(pair).unwrap_or(0.0)).collect()
     }
 
     /// How much warmer a recording is than the scene, °C.

@@ -23,10 +23,9 @@ const STRETCHES_MOST: f64 = 300.0;
 const ACROSS: usize = COLUMNS - 1;
 pub(crate) const BLOCKS: usize = (ROWS - 1) * ACROSS;
 
-/// The scene and its alternatives as templates, which recordings are held against.
+/// The scene and its alternatives as templates, which recordings are held against: all less the scene's room.
 pub(crate) struct Model {
     noise: NoiseModel,
-    rooms: Vec<Template>,
     /// What each person adds, or the objects, by delay.
     subjects: Vec<Vec<Template>>,
     /// By delay: how they lie to each other and to the room.
@@ -34,7 +33,6 @@ pub(crate) struct Model {
     pub(crate) hypotheses: Vec<Hypothesis>,
     pub(crate) lags_s: Vec<f64>,
     stretches: Vec<Range<usize>>,
-    room: Vec<Image>,
     /// What each subject adds, by delay and subject.
     pictures: Vec<Vec<Vec<Image>>>,
     displaced: Option<Displaced>,
@@ -91,15 +89,9 @@ impl Model {
         let stretches = film.stretches(STRETCH_S, STRETCHES_MOST);
         let centered_all = |all: Vec<Vec<Image>>| all.iter().map(|film| centered(film)).collect();
         Self {
-            room: centered(&film.room),
             pictures: builder.pictures.into_iter().map(centered_all).collect(),
             displaced: builder.displaced,
             own_share: noise.own_share(film.len()),
-            rooms: builder
-                .rooms
-                .into_iter()
-                .map(|room| room.template)
-                .collect(),
             subjects: builder.subjects,
             equations: builder.equations,
             noise,
@@ -126,8 +118,7 @@ impl Model {
         let products: Vec<f64> = self
             .subjects
             .iter()
-            .zip(&equations.with_room)
-            .map(|(subject, with_room)| subject[lag].product(recording) - with_room)
+            .map(|subject| subject[lag].product(recording))
             .collect();
         let contrasts = equations.solve(&products);
         let explained = contrasts.iter().zip(&products);
@@ -142,31 +133,17 @@ impl Model {
         }
     }
 
-    /// `W` of a recording with a room.
-    fn in_room(&self, room: usize, recording: &[Image]) -> f64 {
-        let room = &self.rooms[room];
-        match room.square > 0.0 {
-            true => room.product(recording),
-            false => 0.0,
-        }
-    }
-
     /// 1, and the projection of what the scene leaves unexplained on the difference, in its own length.
-    fn likeness_at(
-        &self,
-        hypothesis: &Hypothesis,
-        recording: &[Image],
-        fit: &Fit,
-        in_rooms: f64,
-    ) -> f64 {
+    fn likeness_at(hypothesis: &Hypothesis, recording: &[Image], fit: &Fit) -> f64 {
         /// Noise adds more in one of a hundred recordings.
         const NOISE_SDS: f64 = 2.326;
         let (difference, products) = &hypothesis.difference[fit.lag];
         let s = hypothesis
             .subject
             .map_or(fit.contrast, |subject| fit.contrasts[subject]);
-        let rooms = &hypothesis.rooms;
-        let square = rooms.square + s * (2.0 * products.rooms + s * difference.square);
+        let rooms = hypothesis.rooms.as_ref();
+        let own_square = rooms.map_or(0.0, |(template, _)| template.square);
+        let square = own_square + s * (2.0 * products.rooms + s * difference.square);
         if s <= 0.0 || square <= 0.0 {
             return f64::from(f32::MIN);
         }
@@ -174,27 +151,25 @@ impl Model {
             let subjects = fit.contrasts.iter().zip(with);
             subjects.map(|(contrast, product)| contrast * product).sum()
         };
-        let mut left =
-            s * (difference.product(recording) - products.room - shown(&products.subjects));
-        if rooms.square > 0.0 {
-            left += in_rooms - rooms.room - shown(&rooms.subjects[fit.lag]);
+        let mut left = s * (difference.product(recording) - shown(&products.subjects));
+        if let Some((template, subjects)) = rooms {
+            left += template.product(recording) - shown(&subjects[fit.lag]);
         }
         1.0 + left / square - NOISE_SDS / square.sqrt()
     }
 
     /// How much more a recording resembles the scene than one alternative.
     pub(crate) fn likeness(&self, hypothesis: usize, recording: &[Image]) -> f64 {
-        let hypothesis = &self.hypotheses[hypothesis];
-        let in_rooms = match hypothesis.room {
-            0 => 0.0,
-            room => self.in_room(0, recording) - self.in_room(room, recording),
-        };
-        self.likeness_at(hypothesis, recording, &self.fit(recording), in_rooms)
+        Self::likeness_at(
+            &self.hypotheses[hypothesis],
+            recording,
+            &self.fit(recording),
+        )
     }
 
-    /// `W` of what a recording shows beyond the room.
-    pub(crate) fn beyond_room(&self, recording: &[Image]) -> f64 {
-        self.noise.square(recording) + self.rooms[0].square - 2.0 * self.in_room(0, recording)
+    /// `W` of what a recording shows.
+    pub(crate) fn square(&self, recording: &[Image]) -> f64 {
+        self.noise.square(recording)
     }
 
     /// `W` of what all subjects show, as the scene has them.
@@ -203,21 +178,11 @@ impl Model {
     }
 
     pub(crate) fn of(&self, recording: &[Image]) -> Statistics {
-        let rooms: Vec<f64> = (0..self.rooms.len())
-            .map(|room| self.in_room(room, recording))
-            .collect();
         let fit = self.fit(recording);
-        let room = self.rooms[0].square - 2.0 * rooms[0];
-        let left = self.noise.square(recording) + room - fit.explained;
+        let left = self.noise.square(recording) - fit.explained;
         let noise = self.noise.steps(recording);
-        let likeness = self.hypotheses.iter().map(|hypothesis| {
-            self.likeness_at(
-                hypothesis,
-                recording,
-                &fit,
-                rooms[0] - rooms[hypothesis.room],
-            )
-        });
+        let likeness = self.hypotheses.iter();
+        let likeness = likeness.map(|one| Self::likeness_at(one, recording, &fit));
         Statistics {
             lag_s: self.lag_s(recording, &fit),
             misfit: left.max(1e-9).ln() - noise.max(1e-9).ln(),
@@ -245,9 +210,6 @@ impl Model {
 
     fn beyond(&self, recording: &[Image], fit: &Fit) -> Vec<f32> {
         let mut left = centered(recording);
-        for (left, room) in left.iter_mut().zip(&self.room) {
-            add(left, room, -1.0);
-        }
         for (contrast, pictures) in fit.contrasts.iter().zip(&self.pictures[fit.lag]) {
             for (left, adds) in left.iter_mut().zip(pictures) {
                 add(left, adds, -single(*contrast));

@@ -38,7 +38,7 @@ pub(crate) struct Drawn {
     looks: Vec<Vec<Image>>,
 }
 
-/// A world, and what is seen of it without noise.
+/// A world, and what is seen of it beyond the room, without noise.
 pub(crate) struct World {
     pub(crate) drawn: Drawn,
     pub(crate) shows: Vec<Image>,
@@ -47,7 +47,7 @@ pub(crate) struct World {
 impl World {
     pub(crate) fn new(drawn: Drawn, film: &mut Film) -> Self {
         Self {
-            shows: drawn.claimed(film),
+            shows: drawn.shown(film),
             drawn,
         }
     }
@@ -177,21 +177,21 @@ impl Drawn {
         self.people.first().map_or(1.0, |(contrast, _)| *contrast)
     }
 
-    /// What is seen without noise.
-    pub(crate) fn claimed(&self, film: &mut Film) -> Vec<Image> {
+    /// What is seen beyond the room, without noise.
+    pub(crate) fn shown(&self, film: &mut Film) -> Vec<Image> {
         self.without_hidden(film, |_, _| false)
     }
 
-    /// What is seen without noise, and without the people who are hidden in a picture.
+    /// The same without the people who are hidden in a picture.
     pub(crate) fn without_hidden(
         &self,
         film: &mut Film,
         is_hidden: impl Fn(usize, usize) -> bool,
     ) -> Vec<Image> {
-        let (room, objects, people) = (&film.room, &film.objects, &mut film.people);
+        let (objects, people) = (&film.objects, &mut film.people);
         let responses = &film.responses;
         let picture = |index: usize| {
-            let mut image = room[index];
+            let mut image = [0.0; PIXELS];
             if let Some(objects) = objects {
                 add(&mut image, &objects[index], self.objects);
             }
