@@ -61,7 +61,7 @@ pub use compare::{
     Comparison, EvaluationGraph, FILM_FRAMES_MAX, FRAMES_MAX, FilmFrame, FrameScores, PixelMaps,
     SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings, compare,
 };
-pub use decision::{Alternatively, Contrast, Decision, OFFSETS_M};
+pub use decision::{Alternatively, Contrast, Decision, Finding, OFFSETS_M};
 pub use error::{Side, ValidatorError};
 pub use frames::{
     Apart, Joined, LeftOut, LeftOutCount, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame,

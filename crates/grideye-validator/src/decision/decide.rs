@@ -7,6 +7,7 @@ use crate::decision::recording::{Recording, fill};
 use crate::decision::spread::{ABSENT, Cause, Spread, is_outside, one_in_a_hundred};
 use crate::decision::template::mean;
 use crate::decision::world::{Drawn, Law, World};
+use crate::names::named;
 use crate::numbers::{count, single};
 use grideye_scene::Laws;
 use grideye_scene::uncertain::Uncertain;
@@ -109,7 +110,7 @@ impl Decision {
     }
 
     pub(crate) fn is_agreed(&self, right_min: f64) -> bool {
-        !self.is_refused(right_min) && self.untold().next().is_none()
+        !self.is_refused(right_min) && self.found(Finding::Open).next().is_none()
     }
 
     /// The contrast farthest out of its range, if any is out.
@@ -123,18 +124,10 @@ impl Decision {
             .max_by(|a, b| by(a).total_cmp(&by(b)))
     }
 
-    /// Alternatives that the recording could come from too.
-    pub(crate) fn untold(&self) -> impl Iterator<Item = &Alternatively> {
-        self.alternatives
-            .iter()
-            .filter(|one| !one.is_told() && one.counts())
-    }
-
-    /// Alternatives that noise or pattern make the scene itself.
-    pub(crate) fn alike(&self) -> impl Iterator<Item = &Alternatively> {
-        self.alternatives
-            .iter()
-            .filter(|one| !one.is_told() && !one.counts())
+    /// Alternatives of which the recording says this.
+    pub(crate) fn found(&self, finding: Finding) -> impl Iterator<Item = &Alternatively> {
+        let all = self.alternatives.iter();
+        all.filter(move |one| one.finding() == finding)
     }
 }
 
@@ -145,19 +138,41 @@ impl Contrast {
     }
 }
 
+named! {
+    /// What a recording says of an alternative.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Finding {
+        /// It does not come from it.
+        Excluded = "excluded", "excluded";
+        /// It is the scene, as far as this sensor tells: agreeing does not take excluding it.
+        Same = "same", "looks the same";
+        /// The recording could come from it too.
+        Open = "open", "not excluded";
+    }
+}
+
 impl Alternatively {
-    /// Whether the recording excludes it.
+    /// What the recording says of it.
     #[must_use]
-    pub fn is_told(&self) -> bool {
-        // Who is one more may be told although any unit could hide them.
-        let may_be = !self.is_alike || matches!(self.of, Alternative::More(_));
-        may_be && self.likeness > self.limit
+    pub fn finding(&self) -> Finding {
+        self.finding_of(self.likeness)
     }
 
-    /// Whether agreeing takes excluding it: a symmetric scene is the scene.
-    #[must_use]
-    pub fn counts(&self) -> bool {
-        !self.is_alike || self.of == Alternative::Nobody
+    /// What a recording of this likeness says of it.
+    fn finding_of(&self, likeness: f64) -> Finding {
+        let is_clear = self.of.keeps_people() && self.power > CLEAR_POWER;
+        match (&self.of, likeness > self.limit) {
+            (_, is_unlike) if !self.is_alike || is_clear => match is_unlike {
+                true => Finding::Excluded,
+                false => Finding::Open,
+            },
+            // A scene that shows nothing is no other than nobody.
+            (Alternative::Nobody, _) => Finding::Open,
+            // Who is one more may be excluded although any unit could hide them.
+            (Alternative::More(_), true) => Finding::Excluded,
+            // A symmetric scene is the scene.
+            _ => Finding::Same,
+        }
     }
 }
 
@@ -234,7 +249,8 @@ pub(crate) fn decide(
         .collect::<Option<_>>()?;
     let is_agreed = |one: &Statistics| {
         let mut all = alternatives.iter().zip(&one.likeness);
-        !right.refuses(one) && all.all(|(one, likeness)| !one.counts() || *likeness > one.limit)
+        let is_open = all.any(|(one, likeness)| one.finding_of(*likeness) == Finding::Open);
+        !is_open && !right.refuses(one)
     };
     let are_asked = !worlds.film.people.is_empty() && !how.is_brief;
     let mut offsets = OFFSETS_M.into_iter().filter(|_| are_asked);
@@ -246,7 +262,8 @@ pub(crate) fn decide(
     let nobody = alternatives
         .iter()
         .find(|one| one.of == Alternative::Nobody);
-    let is_empty = nobody.is_some_and(|one| !one.is_told()) && worlds.shows_only_the_room();
+    let is_empty = nobody.is_some_and(|one| one.finding() != Finding::Excluded)
+        && worlds.shows_only_the_room();
     let (model, film) = (&worlds.model, &worlds.film);
     let spread = &right.spread;
     let (cause, worst) = match is_empty && right.refuses(&found) {
@@ -385,8 +402,7 @@ impl<'a> Worlds<'a> {
             likeness: found.likeness[number],
             limit,
             power,
-            is_alike: self.model.hypotheses[number].is_alike
-                && !(of.keeps_people() && power > CLEAR_POWER),
+            is_alike: self.model.hypotheses[number].is_alike,
             of,
         })
     }
@@ -422,7 +438,7 @@ impl<'a> Worlds<'a> {
     /// many.
     fn too_wide(&mut self, alternatives: &[Alternatively], right: &Right) -> Option<(Law, String)> {
         let untold = alternatives.iter().enumerate();
-        let untold = untold.filter(|(_, one)| !one.is_told() && one.counts());
+        let untold = untold.filter(|(_, one)| one.finding() == Finding::Open);
         let untold: Vec<_> = untold.take(UNTOLD_MOST).collect();
         let beyond = |worlds: &mut Self, law: Option<Law>| -> f64 {
             let drawn = (0..OF_ALTERNATIVE.min(worlds.others.len())).map(|index| {

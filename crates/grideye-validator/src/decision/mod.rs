@@ -25,7 +25,7 @@ mod unit;
 mod world;
 
 pub(crate) use alternative::Alternative;
-pub use decide::{Alternatively, Contrast, Decision, OFFSETS_M};
+pub use decide::{Alternatively, Contrast, Decision, Finding, OFFSETS_M};
 pub(crate) use decide::{How, decide};
 pub(crate) use film::{Film, Image, Rendered};
 pub(crate) use recording::Recording;

@@ -43,17 +43,13 @@ fn alternatives(decision: &Decision) -> String {
     let rows: String = all
         .iter()
         .map(|one| {
-            let state = match (one.is_told(), one.counts()) {
-                (true, _) => "excluded",
-                (false, true) => "not excluded",
-                (false, false) => "looks the same",
-            };
             format!(
-                "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{} %</td><td>{state}</td></tr>\n",
+                "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{} %</td><td>{}</td></tr>\n",
                 marked(&one.what),
                 shown(one.likeness),
                 shown(one.limit),
-                fixed(100.0 * one.power, 0)
+                fixed(100.0 * one.power, 0),
+                one.finding()
             )
         })
         .collect();

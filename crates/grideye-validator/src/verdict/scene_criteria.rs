@@ -1,6 +1,6 @@
 //! Whether the recording is the scene's, by the decision; and whether its level is.
 
-use crate::decision::{Alternatively, Cause, Contrast, Decision, Law};
+use crate::decision::{Alternatively, Cause, Contrast, Decision, Finding, Law};
 use crate::frames::RoomSource;
 use crate::thresholds::Thresholds;
 use crate::verdict::types::{Evidence, Next, PROFILE, Question, State, WHOLE, Weighed};
@@ -132,7 +132,7 @@ fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
         };
         named.join(", or ") + &more
     };
-    let alike: Vec<&Alternatively> = decision.alike().collect();
+    let alike: Vec<&Alternatively> = decision.found(Finding::Same).collect();
     let same = match alike.as_slice() {
         [] => String::new(),
         alike => format!(" This sensor cannot tell it from {}.", listed(alike)),
@@ -142,7 +142,7 @@ fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
         let sentence = "The scene has no people, and an unknown unit and room may hide one who is little warmer.";
         return asked.weighed(State::Open, sentence, PROFILE);
     }
-    let untold: Vec<&Alternatively> = decision.untold().collect();
+    let untold: Vec<&Alternatively> = decision.found(Finding::Open).collect();
     if untold.is_empty() {
         let number = decision.alternatives.len() - alike.len();
         let sentence = format!("No other explanation fits ({number} considered).{same}");

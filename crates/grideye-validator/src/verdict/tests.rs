@@ -234,8 +234,8 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
 #[test]
 fn an_explanation_that_is_the_scene_itself_does_not_count() {
     let judgment = judged(|decision, _, _| {
-        decision.alternatives[1].is_alike = true;
-        decision.alternatives[1].likeness = 0.0;
+        let backwards = &mut decision.alternatives[1];
+        (backwards.is_alike, backwards.power, backwards.likeness) = (true, 0.5, 0.0);
     });
     assert_eq!(judgment.verdict, Verdict::Agrees);
     let told = judgment

@@ -8,7 +8,7 @@
 use grideye_frame::{Celsius, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::{Scene, Sensor, Simulator};
-use grideye_validator::{Comparison, Options, Verdict, compare_scene};
+use grideye_validator::{Comparison, Finding, Options, Verdict, compare_scene};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -296,7 +296,8 @@ fn said(comparison: &Comparison) -> Value {
         })
         .collect();
     let decision = comparison.decision.as_ref().unwrap();
-    let untold = decision.alternatives.iter().filter(|one| !one.is_told());
+    let untold = decision.alternatives.iter();
+    let untold = untold.filter(|one| one.finding() != Finding::Excluded);
     json!({
         "verdict": judgment.verdict,
         "headline": judgment.headline,
