@@ -4,7 +4,7 @@ use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add};
 use crate::decision::model::{Model, Statistics};
 use crate::decision::recording::{Recording, fill};
-use crate::decision::spread::{ABSENT, Cause, Spread, is_outside, one_in_a_hundred};
+use crate::decision::spread::{ABSENT, Spread, Statistic, is_outside, one_in_a_hundred};
 use crate::decision::template::mean;
 use crate::decision::world::{Drawn, Law, World};
 use crate::names::named;
@@ -23,7 +23,7 @@ pub struct Decision {
     /// What is farthest off, in words.
     pub worst: String,
     #[serde(skip)]
-    pub(crate) cause: Cause,
+    pub(crate) cause: Statistic,
     /// Of each person, or of all objects together.
     pub contrasts: Vec<Contrast>,
     /// How much later than the scene the recording is, seconds, and what all but .5 % of right worlds show.
@@ -266,8 +266,8 @@ pub(crate) fn decide(
         && worlds.shows_only_the_room();
     let (model, film) = (&worlds.model, &worlds.film);
     let spread = &right.spread;
-    let (cause, worst) = match is_empty && right.refuses(&found) {
-        true => (Cause::Nobody, nobody_is_there(film).to_owned()),
+    let worst = match is_empty {
+        true => nobody_is_there(film).to_owned(),
         false => spread.worst(&found, model, film),
     };
     let contrasts = found.contrasts.iter().zip(spread.contrasts(&found));
@@ -281,10 +281,10 @@ pub(crate) fn decide(
     Some(Decision {
         right: right.share(&found),
         worst,
-        cause,
+        cause: spread.farthest(&found).0,
         contrasts: contrasts.collect(),
         delay_s: found.lag_s,
-        delay_range_s: spread.range(0, 1),
+        delay_range_s: spread.delays(),
         refused_aside_m,
         is_empty,
         alternatives,

@@ -29,5 +29,5 @@ pub use decide::{Alternatively, Contrast, Decision, Finding, OFFSETS_M};
 pub(crate) use decide::{How, decide};
 pub(crate) use film::{Film, Image, Rendered};
 pub(crate) use recording::Recording;
-pub(crate) use spread::Cause;
+pub(crate) use spread::Statistic;
 pub(crate) use world::Law;

@@ -4,38 +4,64 @@ use crate::decision::film::Film;
 use crate::decision::model::{BLOCKS, Model, Statistics};
 use crate::numbers::{count, mean, percentile, single};
 use grideye_draw::text::fixed;
-use std::ops::Range;
 
-/// Statistics before the contrasts and the alternatives.
-const OWN: usize = 6;
-/// Those of warmth beyond the scene, and of warmth that it lacks.
-const BEYOND: Range<usize> = 2..OWN;
-/// Delay, misfit and contrasts; warmth beyond the scene; alternatives.
-const KINDS: usize = 3;
-/// What is farthest off.
+/// One statistic of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Cause {
-    Contrast,
+pub(crate) enum Statistic {
     Lag,
     Misfit,
-    Extra,
-    Missing,
-    Alternative,
-    Nobody,
+    /// The block that is farthest warmer, or colder, than the scene: of a stretch, or all the time.
+    Block {
+        is_warmer: bool,
+        stays: bool,
+    },
+    /// Of a subject.
+    Contrast(usize),
+    /// To the scene rather than to an alternative.
+    Likeness(usize),
+}
+
+/// Kinds of statistics: of what the scene explains; of blocks; of alternatives.
+const KINDS: usize = 3;
+
+impl Statistic {
+    /// All that a recording has.
+    fn all(of: &Statistics) -> Vec<Self> {
+        let mut all = vec![Self::Lag, Self::Misfit];
+        for stays in [false, true] {
+            all.extend([true, false].map(|is_warmer| Self::Block { is_warmer, stays }));
+        }
+        all.extend((0..of.contrasts.len()).map(Self::Contrast));
+        all.extend((0..of.likeness.len()).map(Self::Likeness));
+        all
+    }
+
+    fn kind(self) -> usize {
+        match self {
+            Self::Lag | Self::Misfit | Self::Contrast(_) => 0,
+            Self::Block { .. } => 1,
+            Self::Likeness(_) => 2,
+        }
+    }
+
+    /// Whether it may be off either way; of the others, larger is farther from the scene.
+    fn is_either_way(self) -> bool {
+        matches!(self, Self::Lag | Self::Contrast(_))
+    }
 }
 
 /// How surprising what one in twenty exceeds is: ln 20.
 const ONE_IN_TWENTY: f64 = 2.996;
 
-/// The law of one statistic in right worlds.
+/// The distribution of one statistic in right worlds.
 #[derive(Clone, Copy)]
-struct Law {
+struct Distribution {
     middle: f64,
     /// What one in twenty exceeds upward and downward, and how far these are beyond it in the mean.
     tails: [(f64, f64); 2],
 }
 
-impl Law {
+impl Distribution {
     fn new(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let at = |percent| -> f64 { percentile(&values, percent).unwrap_or(0.0) };
@@ -50,11 +76,11 @@ impl Law {
 
     /// How surprising so high a value is: the negative logarithm of the share that is, by an exponential tail. It goes
     /// on falling below the middle, so that no two recordings tie.
-    fn beyond(&self, sign: f64, value: f64) -> f64 {
+    fn surprise(&self, sign: f64, value: f64) -> f64 {
         let (from, mean) = self.tails[usize::from(sign < 0.0)];
-        let beyond = sign * (value - from);
-        if beyond > 0.0 {
-            return ONE_IN_TWENTY + beyond / mean;
+        let further = sign * (value - from);
+        if further > 0.0 {
+            return ONE_IN_TWENTY + further / mean;
         }
         let inside = sign * (value - self.middle) / (sign * (from - self.middle)).max(1e-9);
         ONE_IN_TWENTY * inside.min(1.0)
@@ -95,9 +121,9 @@ const FARTHEST_SDS: f32 = 2.23;
 
 /// Location and scale of each statistic in right worlds.
 pub(crate) struct Spread {
-    of: Vec<Law>,
+    of: Vec<(Statistic, Distribution)>,
     /// Of the most surprising statistic of each kind.
-    kinds: [Law; KINDS],
+    kinds: [Distribution; KINDS],
     /// Mean and scales upward and downward of the warmth beyond the scene in each stretch and block.
     beyond: Vec<(f32, [f32; 2])>,
 }
@@ -124,33 +150,35 @@ impl Spread {
         let mut spread = Self {
             beyond: beyond.collect(),
             of: Vec::new(),
-            kinds: [Law::new(Vec::new()); KINDS],
+            kinds: [Distribution::new(Vec::new()); KINDS],
         };
         let all = of_statistics
             .first()
-            .map_or(0, |one| OWN + one.contrasts.len() + one.likeness.len());
-        let law = |place| {
+            .map(Statistic::all)
+            .unwrap_or_default();
+        let distribution = |statistic: Statistic| {
             // The four of blocks are too few to be far in their own worlds.
-            let worlds = if BEYOND.contains(&place) {
-                of_kinds
-            } else {
-                of_statistics
+            let worlds = match statistic {
+                Statistic::Block { .. } => of_kinds,
+                _ => of_statistics,
             };
-            Law::new(worlds.iter().map(|one| spread.value(place, one)).collect())
+            let values = worlds.iter().map(|one| spread.value(statistic, one));
+            (statistic, Distribution::new(values.collect()))
         };
-        spread.of = (0..all).map(law).collect();
+        spread.of = all.into_iter().map(distribution).collect();
         let all: Vec<_> = of_kinds
             .iter()
             .map(|one| spread.farthest_by_kind(one))
             .collect();
         spread.kinds = std::array::from_fn(|kind| {
-            Law::new(all.iter().map(|farthest| farthest[kind].1).collect())
+            Distribution::new(all.iter().map(|farthest| farthest[kind].1).collect())
         });
         spread
     }
 
     /// The block farthest beyond the scene, in standard deviations.
-    fn block(&self, statistics: &Statistics, sign: f32, stays: bool) -> (usize, f64) {
+    fn block(&self, statistics: &Statistics, is_warmer: bool, stays: bool) -> (usize, f64) {
+        let sign = if is_warmer { 1.0 } else { -1.0 };
         // The last blocks are those of the whole recording.
         let first = statistics.beyond.len().saturating_sub(BLOCKS);
         let all = statistics.beyond.iter().zip(&self.beyond).enumerate();
@@ -164,47 +192,34 @@ impl Spread {
         far.fold((0, f64::NEG_INFINITY), farther)
     }
 
-    /// Each statistic so that larger is farther from the scene; delay and contrasts may be off either way.
-    fn value(&self, place: usize, statistics: &Statistics) -> f64 {
-        let contrasts = statistics.contrasts.len();
-        match place {
-            0 => statistics.lag_s,
-            1 => statistics.misfit,
-            2 => self.block(statistics, 1.0, false).1,
-            3 => self.block(statistics, -1.0, false).1,
-            4 => self.block(statistics, 1.0, true).1,
-            5 => self.block(statistics, -1.0, true).1,
-            more if more < OWN + contrasts => statistics.contrasts[more - OWN].max(0.01).ln(),
-            more => -statistics.likeness[more - OWN - contrasts].max(UNLIKE),
+    fn value(&self, statistic: Statistic, of: &Statistics) -> f64 {
+        match statistic {
+            Statistic::Lag => of.lag_s,
+            Statistic::Misfit => of.misfit,
+            Statistic::Block { is_warmer, stays } => self.block(of, is_warmer, stays).1,
+            Statistic::Contrast(subject) => of.contrasts[subject].max(0.01).ln(),
+            Statistic::Likeness(alternative) => -of.likeness[alternative].max(UNLIKE),
         }
     }
 
-    /// What is most surprising, and how much beside the most surprising of its kind in right worlds.
-    pub(crate) fn farthest(&self, statistics: &Statistics) -> (usize, f64) {
+    /// The most surprising statistic, and how surprising it is beside the most surprising of its kind in right worlds.
+    pub(crate) fn farthest(&self, statistics: &Statistics) -> (Statistic, f64) {
         let far = self.farthest_by_kind(statistics);
-        let far = far.iter().zip(&self.kinds);
-        far.map(|((place, off), law)| (*place, law.beyond(1.0, *off)))
-            .fold((0, f64::NEG_INFINITY), farther)
+        let far = far.into_iter().zip(&self.kinds);
+        far.map(|((statistic, off), kind)| (statistic, kind.surprise(1.0, off)))
+            .fold((Statistic::Lag, f64::NEG_INFINITY), farther)
     }
 
-    fn farthest_by_kind(&self, statistics: &Statistics) -> [(usize, f64); KINDS] {
-        let contrasts = OWN..OWN + statistics.contrasts.len();
-        let mut far = [(0, f64::NEG_INFINITY); KINDS];
-        for (place, law) in self.of.iter().enumerate() {
-            let value = self.value(place, statistics);
-            let is_either_way = place == 0 || contrasts.contains(&place);
-            let below = if is_either_way {
-                law.beyond(-1.0, value)
-            } else {
-                f64::NEG_INFINITY
-            };
-            let kind = match place {
-                0 | 1 => 0,
-                beyond if BEYOND.contains(&beyond) => 1,
-                more if contrasts.contains(&more) => 0,
-                _ => 2,
-            };
-            far[kind] = farther(far[kind], (place, law.beyond(1.0, value).max(below)));
+    fn farthest_by_kind(&self, statistics: &Statistics) -> [(Statistic, f64); KINDS] {
+        let mut far = [(Statistic::Lag, f64::NEG_INFINITY); KINDS];
+        for (statistic, distribution) in &self.of {
+            let value = self.value(*statistic, statistics);
+            let mut surprise = distribution.surprise(1.0, value);
+            if statistic.is_either_way() {
+                surprise = surprise.max(distribution.surprise(-1.0, value));
+            }
+            let kind = &mut far[statistic.kind()];
+            *kind = farther(*kind, (*statistic, surprise));
         }
         far
     }
@@ -212,7 +227,15 @@ impl Spread {
     /// The contrasts that all but .5 % of right worlds show.
     pub(crate) fn contrasts(&self, of: &Statistics) -> impl Iterator<Item = [f64; 2]> {
         let number = of.contrasts.len();
-        (0..number).map(move |subject| self.range(OWN + subject, number).map(f64::exp))
+        (0..number).map(move |subject| {
+            let statistic = Statistic::Contrast(subject);
+            self.range(statistic, number).map(f64::exp)
+        })
+    }
+
+    /// The delays that all but .5 % of right worlds show.
+    pub(crate) fn delays(&self) -> [f64; 2] {
+        self.range(Statistic::Lag, 1)
     }
 
     pub(crate) fn has_off_contrast(&self, of: &Statistics) -> bool {
@@ -221,25 +244,22 @@ impl Spread {
     }
 
     /// The range of a statistic that `of` share alike: all of them are in theirs in all but .5 % of right worlds.
-    pub(crate) fn range(&self, place: usize, of: usize) -> [f64; 2] {
+    fn range(&self, statistic: Statistic, of: usize) -> [f64; 2] {
         // Of a normal law at .5 % over 1, 2, 3 and 4 (Bonferroni), over where its tail begins: noise makes one longer.
         const TAILS: [f64; 4] = [1.706, 1.838, 1.911, 1.962];
         let times = TAILS[of.clamp(1, TAILS.len()) - 1];
-        let Law { middle, tails, .. } = self.of[place];
+        let found = self.of.iter().find(|(other, _)| *other == statistic);
+        let Some((_, Distribution { middle, tails })) = found else {
+            return [f64::NEG_INFINITY, f64::INFINITY];
+        };
         let [(high, _), (low, _)] = tails;
         [low, high].map(|from| middle + times * (from - middle))
     }
 
     /// What is farthest off, in words.
-    pub(crate) fn worst(
-        &self,
-        statistics: &Statistics,
-        model: &Model,
-        film: &Film,
-    ) -> (Cause, String) {
-        let place = self.farthest(statistics).0;
-        let warmer = |sign: f32| {
-            let index = self.block(statistics, sign, place > 3).0;
+    pub(crate) fn worst(&self, statistics: &Statistics, model: &Model, film: &Film) -> String {
+        let block = |is_warmer, stays| {
+            let index = self.block(statistics, is_warmer, stays).0;
             let (stretch, row, column) = model.block(index);
             let root = count(stretch.len()).sqrt();
             let by_c = f64::from(statistics.beyond[index] - self.beyond[index].0) / root;
@@ -251,7 +271,7 @@ impl Spread {
                     fixed(film.times_s[stretch.start], 1)
                 ),
             };
-            let word = if sign > 0.0 { "warmer" } else { "colder" };
+            let word = if is_warmer { "warmer" } else { "colder" };
             format!(
                 "{when}, rows {} and {}, columns {} and {} are {size} °C {word} than the scene",
                 row + 1,
@@ -260,26 +280,17 @@ impl Spread {
                 column + 2
             )
         };
-        let contrasts = statistics.contrasts.len();
-        match place {
-            0 => {
+        match self.farthest(statistics).0 {
+            Statistic::Lag => {
                 let (by, word) = match statistics.lag_s < 0.0 {
                     true => (-statistics.lag_s, "earlier"),
                     false => (statistics.lag_s, "later"),
                 };
-                (
-                    Cause::Lag,
-                    format!("it is {} s {word} than the scene", fixed(by, 2)),
-                )
+                format!("it is {} s {word} than the scene", fixed(by, 2))
             }
-            1 => (
-                Cause::Misfit,
-                "it differs from the scene all over".to_owned(),
-            ),
-            2 | 4 => (Cause::Extra, warmer(1.0)),
-            3 | 5 => (Cause::Missing, warmer(-1.0)),
-            more if more < OWN + contrasts => {
-                let subject = more - OWN;
+            Statistic::Misfit => "it differs from the scene all over".to_owned(),
+            Statistic::Block { is_warmer, stays } => block(is_warmer, stays),
+            Statistic::Contrast(subject) => {
                 let times = fixed(statistics.contrasts[subject], 2);
                 let name = film
                     .people
@@ -290,10 +301,9 @@ impl Spread {
                     true => ": it is not where or when the scene has it",
                     false => "",
                 };
-                let found = format!("{name} has {times} times the scene's contrast{why}");
-                (Cause::Contrast, found)
+                format!("{name} has {times} times the scene's contrast{why}")
             }
-            _ => (Cause::Alternative, likest(statistics, model, film)),
+            Statistic::Likeness(_) => likest(statistics, model, film),
         }
     }
 }
@@ -309,7 +319,7 @@ fn likest(statistics: &Statistics, model: &Model, film: &Film) -> String {
     }
 }
 
-fn farther(far: (usize, f64), one: (usize, f64)) -> (usize, f64) {
+fn farther<T>(far: (T, f64), one: (T, f64)) -> (T, f64) {
     if one.1 > far.1 { one } else { far }
 }
 

@@ -9,9 +9,7 @@ use crate::align::{
 };
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
-use crate::decision::{
-    Alternative, Cause, Decision, Film, How, Image, Recording, Rendered, decide,
-};
+use crate::decision::{Alternative, Decision, Film, How, Image, Recording, Rendered, decide};
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
@@ -187,7 +185,7 @@ fn decided(
     });
     // Where nobody is, no change of the scene's people is the cause.
     let asks = film.level_c(&recording.pictures).abs() > level_max_c
-        || decision.is_refused(right_min) && decision.cause != Cause::Nobody;
+        || decision.is_refused(right_min) && !decision.is_empty;
     if !(options.advises && asks) {
         *rendered = film.into_rendered();
         return Ok((decision, None));

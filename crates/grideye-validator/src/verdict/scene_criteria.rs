@@ -1,6 +1,6 @@
 //! Whether the recording is the scene's, by the decision; and whether its level is.
 
-use crate::decision::{Alternatively, Cause, Contrast, Decision, Finding, Law};
+use crate::decision::{Alternatively, Contrast, Decision, Finding, Law, Statistic};
 use crate::frames::RoomSource;
 use crate::thresholds::Thresholds;
 use crate::verdict::types::{Evidence, Next, PROFILE, Question, State, WHOLE, Weighed};
@@ -43,19 +43,21 @@ fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
         return asked.weighed(State::Met, sentence, ("", turns.join(", ")));
     }
     let step = match decision.cause {
-        Cause::Nobody => NOBODY,
+        _ if decision.is_empty => NOBODY,
         _ if decision.contrasts.iter().any(Contrast::is_absent) => ELSEWHERE,
-        Cause::Contrast => WARMTH,
-        Cause::Lag => {
+        Statistic::Contrast(_) => WARMTH,
+        Statistic::Lag => {
             "Check in which second of the scene the recording starts (`--start`), and the clocks."
         }
-        Cause::Extra => {
+        Statistic::Block {
+            is_warmer: true, ..
+        } => {
             "Check what is warm there: a person or an object that the scene lacks, or that is elsewhere."
         }
-        Cause::Missing => {
+        Statistic::Block { .. } => {
             "Check whether what the scene has there was there, and its place and temperature."
         }
-        Cause::Misfit | Cause::Alternative => {
+        Statistic::Misfit | Statistic::Likeness(_) => {
             "Check that people, objects and sensor are where the scene has them; mark uncertain values with [[uncertain]] and run `grideye calibrate`."
         }
     };
@@ -90,7 +92,7 @@ fn contrast(decision: &Decision) -> Weighed {
         let [low, high] = range(off);
         let (name, found) = (name(off), fixed(off.found, 2));
         let (why, step) = match off.is_absent() {
-            _ if decision.cause == Cause::Nobody => (": the recording shows only the room", NOBODY),
+            _ if decision.is_empty => (": the recording shows only the room", NOBODY),
             true => (": it is not where or when the scene has it", ELSEWHERE),
             false => ("", WARMTH),
         };

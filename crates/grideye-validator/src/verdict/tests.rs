@@ -1,7 +1,7 @@
 //! The verdict of hand-built decisions: which criterion fails or stays open, and that its sentence reads well.
 
 use crate::advice::Remedy;
-use crate::decision::{Alternative, Alternatively, Cause, Contrast, Decision};
+use crate::decision::{Alternative, Alternatively, Contrast, Decision, Statistic};
 use crate::thresholds::Thresholds;
 use crate::verdict::judgment::judge;
 use crate::verdict::sensor_criteria::Inspection;
@@ -20,7 +20,7 @@ fn right() -> Decision {
     Decision {
         right: 0.4,
         worst: "it is 0.05 s later than the scene".to_owned(),
-        cause: Cause::Lag,
+        cause: Statistic::Lag,
         too_wide: None,
         contrasts: vec![Contrast {
             of: Some("anna".to_owned()),
@@ -101,7 +101,10 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
             "that the scene lacks",
             |decision, _, _| {
                 decision.right = 0.005;
-                decision.cause = Cause::Extra;
+                decision.cause = Statistic::Block {
+                    is_warmer: true,
+                    stays: false,
+                };
             },
         ),
         (
@@ -111,7 +114,10 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
             "was there",
             |decision, _, _| {
                 decision.right = 0.005;
-                decision.cause = Cause::Missing;
+                decision.cause = Statistic::Block {
+                    is_warmer: false,
+                    stays: false,
+                };
             },
         ),
         (
@@ -121,7 +127,7 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
             "[[uncertain]]",
             |decision, _, _| {
                 decision.right = 0.005;
-                decision.cause = Cause::Misfit;
+                decision.cause = Statistic::Misfit;
             },
         ),
         (
