@@ -176,7 +176,7 @@ impl Alternative {
             .collect()
         };
         match self {
-            Self::Nobody => vec![[0.0; PIXELS]; film.len()],
+            Self::Nobody => drawn.empty(film),
             Self::Missing(person) => drawn.without_hidden(film, |number, _| number == *person),
             Self::Gone(person, part) => drawn.without_hidden(film, |number, index| {
                 number == *person && part.contains(&index)

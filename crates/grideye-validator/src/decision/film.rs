@@ -58,12 +58,18 @@ pub(crate) struct Rendered {
 /// What a person adds at each place and in each direction.
 type Places = HashMap<(i32, i32, u8), Box<Image>, FixedState>;
 
-/// What one uncertain number of a scene adds, by its standard deviations `z`: `z` times `linear` and `z²` times `square`,
-/// which is exact at -1 and 1.
+/// What one uncertain number of a scene adds.
 pub(crate) struct Response {
     pub(crate) key: String,
-    pub(crate) linear: Vec<Image>,
-    pub(crate) square: Vec<Image>,
+    /// To the scene, and to its room without people.
+    pub(crate) whole: Effect,
+    pub(crate) room: Effect,
+}
+
+/// By standard deviations `z`: `z` times `linear` and `z²` times `square`, which is exact at -1 and 1.
+pub(crate) struct Effect {
+    linear: Vec<Image>,
+    square: Vec<Image>,
 }
 
 /// One person of a scene.
@@ -196,23 +202,20 @@ impl Film {
             })
             .collect();
         for variant in own_scene.variants() {
-            let mut seen = |scene: &Scene| {
-                // A stride out of step would be no difference of height.
-                let mut scene = scene.clone();
-                scene.keep_strides_of(own_scene);
-                shown(&scene)
+            let mut effect = |own: &[Image], of: fn(&Scene) -> Scene| {
+                let sides = [&variant.below, &variant.above].map(|scene| {
+                    // A stride out of step would be no difference of height.
+                    let mut scene = of(scene);
+                    scene.keep_strides_of(own_scene);
+                    shown(&scene)
+                });
+                let [below, above] = sides;
+                Ok::<_, SceneError>(Effect::new(own, &below?, &above?))
             };
-            let (below, above) = (seen(&variant.below)?, seen(&variant.above)?);
-            let pairs = || below.iter().zip(&above);
-            let square = pairs().zip(&own).map(|((below, above), own)| {
-                std::array::from_fn(|pixel| 0.5 * (below[pixel] + above[pixel]) - own[pixel])
-            });
             self.responses.push(Response {
                 key: variant.key.clone(),
-                linear: pairs()
-                    .map(|(below, above)| less(above, below).map(|celsius| 0.5 * celsius))
-                    .collect(),
-                square: square.collect(),
+                whole: effect(&own, Scene::clone)?,
+                room: effect(&self.room, Scene::without_agents)?,
             });
         }
         Ok(())
@@ -324,6 +327,25 @@ impl Film {
         } else {
             after
         }
+    }
+}
+
+impl Effect {
+    fn new(own: &[Image], below: &[Image], above: &[Image]) -> Self {
+        let pairs = || below.iter().zip(above);
+        let square = pairs().zip(own).map(|((below, above), own)| {
+            std::array::from_fn(|pixel| 0.5 * (below[pixel] + above[pixel]) - own[pixel])
+        });
+        let linear = pairs().map(|(below, above)| less(above, below).map(|celsius| 0.5 * celsius));
+        Self {
+            linear: linear.collect(),
+            square: square.collect(),
+        }
+    }
+
+    pub(crate) fn add_to(&self, image: &mut Image, index: usize, sds: f32) {
+        add(image, &self.linear[index], sds);
+        add(image, &self.square[index], sds * sds);
     }
 }
 

@@ -177,6 +177,18 @@ impl Drawn {
         self.people.first().map_or(1.0, |(contrast, _)| *contrast)
     }
 
+    /// How much warmer than the scene's its room is, with nobody and nothing warm in it.
+    pub(crate) fn empty(&self, film: &Film) -> Vec<Image> {
+        let mut all = vec![[0.0; PIXELS]; film.len()];
+        let responses = film.responses.iter().filter(|_| film.objects.is_none());
+        for (response, off) in responses.zip(&self.off) {
+            for (index, image) in all.iter_mut().enumerate() {
+                response.room.add_to(image, index, *off);
+            }
+        }
+        all
+    }
+
     /// What is seen beyond the room, without noise.
     pub(crate) fn shown(&self, film: &mut Film) -> Vec<Image> {
         self.without_hidden(film, |_, _| false)
@@ -196,8 +208,7 @@ impl Drawn {
                 add(&mut image, &objects[index], self.objects);
             }
             for (response, off) in responses.iter().zip(&self.off) {
-                add(&mut image, &response.linear[index], *off);
-                add(&mut image, &response.square[index], off * off);
+                response.whole.add_to(&mut image, index, *off);
             }
             for (number, (walker, (contrast, places))) in
                 people.iter_mut().zip(&self.people).enumerate()
