@@ -40,8 +40,10 @@ pub(crate) struct Hypothesis {
     pub(crate) is_alike: bool,
 }
 
-/// `W` of a difference with each subject, and with the difference of the rooms.
+/// `W` of a difference, less what places may explain, with all of it, with each subject, and with the difference of the
+/// rooms.
 pub(super) struct Products {
+    pub(super) whole: f64,
     pub(super) subjects: Vec<f64>,
     pub(super) rooms: f64,
 }
@@ -239,9 +241,9 @@ impl<'a> Builder<'a> {
             .zip(&self.pictures)
             .map(|(lag_s, pictures)| {
                 let delayed = |film_of: &[Image]| later(film_of, &film.times_s, *lag_s);
-                let mut template = self.noise.template(&delayed(&seen));
-                template.square = template.product(&delayed(&apart));
+                let template = self.noise.template(&delayed(&seen));
                 let all = Products {
+                    whole: template.product(&delayed(&apart)),
                     subjects: products(&template, pictures),
                     rooms: rooms_template.product(&delayed(&apart)),
                 };

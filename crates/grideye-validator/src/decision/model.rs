@@ -143,7 +143,7 @@ impl Model {
             .map_or(fit.contrast, |subject| fit.contrasts[subject]);
         let rooms = hypothesis.rooms.as_ref();
         let own_square = rooms.map_or(0.0, |(template, _)| template.square);
-        let square = own_square + s * (2.0 * products.rooms + s * difference.square);
+        let square = own_square + s * (2.0 * products.rooms + s * products.whole);
         if s <= 0.0 || square <= 0.0 {
             return f64::from(f32::MIN);
         }
