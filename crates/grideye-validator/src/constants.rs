@@ -86,3 +86,54 @@ pub(crate) const SAME_GAIN: f64 = 0.2;
 pub(crate) const PART_MIN: f64 = 0.1;
 /// The 99.9 % quantile of chi-squared with ten degrees of freedom (Ljung and Box 1978, Biometrika 65:297).
 pub(crate) const LJUNG_BOX: f64 = 29.588;
+
+// What a recording says of a scene and of its alternatives.
+
+/// How far aside a person must be told from the scene, meters: the width of a person's shoulders.
+pub(crate) const ASIDE_M: f64 = 0.5;
+/// A delay that must be told from the scene, beyond three standard deviations of the delay that is allowed, seconds.
+pub(crate) const LATE_S: f64 = 0.8;
+/// Part of the time, and of the time in view, that a person must be told to be there.
+pub(crate) const PARTS: usize = 5;
+/// Least share of what a person shows in a part of the time that is asked about.
+pub(crate) const SHOWN_MIN: f64 = 0.03;
+/// Shortest such part, seconds.
+pub(crate) const PART_S: f64 = 1.0;
+/// An alternative that more right worlds than this share exclude is something else, however near it is. A few right
+/// recordings then end in "cannot tell", which is better than to agree to it.
+pub(crate) const CLEAR_POWER: f64 = 0.95;
+/// Standard deviations of noise by which an alternative differs from the scene at least.
+pub(crate) const ALIKE_SDS: f64 = 2.0;
+/// So far aside a person is still where the scene has it, meters: half of [`ASIDE_M`].
+pub(crate) const QUARTER_M: f64 = 0.25;
+/// Root of the sum of squares over the pixels, °C, from which one more person who stands must be told from what any unit and
+/// room may show: 10 times 0.38 °C, what pixels of real units and rooms differ by.
+pub(crate) const CLEAR_C: f64 = 4.0;
+/// Weight of the scene's own contrast against what the recording says: as if it were known to a standard deviation of 1. It
+/// decides only for people whom the recording does not show.
+pub(crate) const PRIOR: f64 = 1.0;
+/// Likeness below which nothing is said any more: the contrast is too low to divide by.
+pub(crate) const LIKENESS_LEAST: f64 = -20.0;
+/// A contrast below this share is none: beyond three of the widest standard deviations (0.5, of its logarithm) that a scene
+/// may give.
+pub(crate) const ABSENT: f64 = 0.2;
+/// Likeness below which a recording looks more like an alternative than like the scene.
+pub(crate) const LIKE_MIN: f64 = 0.3;
+/// Standard deviation of the logarithm of the contrast of objects, in a scene without people.
+pub(crate) const OBJECTS_SD: f64 = 0.2;
+/// Warmth that the scene lacks or has too much is sought in stretches of this length, seconds: the shortest time that somebody
+/// is there.
+pub(crate) const STRETCH_S: f64 = 1.0;
+/// How far aside people's laws let them be, meters: 2.6 standard deviations of the default place (0.07 m).
+pub(crate) const WITHIN_M: f64 = 0.18;
+
+// What would make a refused scene agree.
+
+/// Share of the difference that a change must take away to be named.
+pub(crate) const GAIN_MIN: f64 = 0.1;
+/// A change that takes away this share of what the best does explains as much: the first in the table is named first.
+pub(crate) const AS_MUCH: f64 = 0.97;
+/// What two changes must take away beyond one, as a share of what is left.
+pub(crate) const MORE_GAIN: f64 = 0.15;
+/// Share of what one more person explains that counts: who may go anywhere explains part of nearly everything.
+pub(crate) const MORE_SHARE: f64 = 0.85;

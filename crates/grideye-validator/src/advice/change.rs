@@ -1,10 +1,10 @@
 //! The single changes that people make of a scene or a recording: what each changes, and how it is said.
 
 use crate::align::Orientation;
+use crate::constants::{ABSENT, WITHIN_M};
 use crate::decision::decide::How;
 use crate::decision::film::{Film, Rendered};
 use crate::decision::recording::Recording;
-use crate::decision::spread::ABSENT;
 use crate::numbers::{single, whole};
 use glam::DVec3;
 use grideye_draw::text::fixed;
@@ -79,8 +79,7 @@ pub(super) struct Row {
 
 /// Longest delay that is tried, seconds.
 pub(super) const DELAY_MAX_S: f64 = 10.0;
-/// How far aside people's laws let them be, meters, and people whose places are sought within these.
-const WITHIN_M: f64 = 0.18;
+/// People whose places are sought within their laws.
 pub(super) const WITHIN_PEOPLE: usize = 2;
 /// Units that values are mistaken in: a name, that of `--columns unit=`, and what makes them degrees Celsius.
 const UNITS: [(&str, &str, (f32, f32)); 5] = [

@@ -3,6 +3,7 @@
 use crate::advice::change::{Compared, Kind};
 use crate::advice::search::{Search, Tried};
 use crate::align::Orientation;
+use crate::constants::{AS_MUCH, GAIN_MIN, MORE_GAIN, MORE_SHARE};
 use crate::decision::decide::decide;
 use crate::decision::film::{Film, Rendered};
 use grideye_draw::text::fixed;
@@ -15,14 +16,6 @@ pub(crate) struct Remedy {
     pub(crate) step: String,
 }
 
-/// Share of the difference that a change must take away to be named.
-const GAIN_MIN: f64 = 0.1;
-/// A change that takes away this share of what the best does explains as much: the first in the table is named first.
-const AS_MUCH: f64 = 0.97;
-/// What two changes must take away beyond one, as a share of what is left.
-const MORE_GAIN: f64 = 0.15;
-/// Share of what one more person explains that counts: who may go anywhere explains part of nearly everything.
-const MORE_SHARE: f64 = 0.85;
 /// Changes that are named.
 const NAMED: usize = 3;
 

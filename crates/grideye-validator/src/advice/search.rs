@@ -2,6 +2,7 @@
 
 use crate::advice::change::{Change, Compared, DELAY_MAX_S, Kind, ROWS, Row, WITHIN_PEOPLE};
 use crate::align::Orientation;
+use crate::constants::OBJECTS_SD;
 use crate::decision::film::{Film, Image, Rendered, add, image, less, moment, turned};
 use crate::decision::template::{NoiseModel, centered};
 use crate::numbers::{count, evenly, index, median, single, whole};
@@ -14,8 +15,6 @@ const PICTURES_MOST: usize = 40;
 const ROUNDS: i32 = 2;
 /// Standard deviations of a law within which what a scene leaves open is free.
 const FREE_SDS: f64 = 2.6;
-/// The law of the contrast of objects.
-const OBJECTS_SD: f64 = 0.2;
 /// Steps by which people's places are sought within their laws, meters.
 const WITHIN_STEP_M: f64 = 0.1;
 /// Standard deviations of the level that its limit is.

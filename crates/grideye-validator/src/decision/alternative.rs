@@ -1,6 +1,7 @@
 //! What else a recording could show.
 
 use crate::align::Orientation;
+use crate::constants::{ASIDE_M, LATE_S, PART_S, PARTS, SHOWN_MIN};
 use crate::decision::film::{Film, Image, PIXEL_COUNT, add, less};
 use crate::decision::world::World;
 use crate::numbers::count;
@@ -46,18 +47,8 @@ const WAYS: [[f64; 2]; 8] = {
         [HALF, -HALF],
     ]
 };
-/// How far aside a person must be told from the scene, meters.
-const ASIDE_M: f64 = 0.5;
-/// A delay that must be told from the scene, beyond three standard deviations of the delay that is allowed, seconds.
-const LATE_S: f64 = 0.8;
 /// People whose place is asked about one by one.
 pub(crate) const PEOPLE_MOST: usize = 4;
-/// Part of the time, and of the time in view, that a person must be told to be there.
-const PARTS: usize = 5;
-/// Least share of what a person shows in a part of the time that is asked about.
-const SHOWN: f64 = 0.03;
-/// Shortest such part, seconds.
-const PART_S: f64 = 1.0;
 
 impl Alternative {
     pub(crate) fn of(film: &mut Film, laws: &Laws) -> Vec<Self> {
@@ -257,7 +248,7 @@ fn parts_of_time(warmth: &[f64], times_s: &[f64]) -> Vec<Range<usize>> {
     };
     let parts = (0..2 * PARTS - 1).map(part);
     parts
-        .filter(|part| squares(&warmth[part.clone()]) > SHOWN * squares(warmth))
+        .filter(|part| squares(&warmth[part.clone()]) > SHOWN_MIN * squares(warmth))
         .collect()
 }
 

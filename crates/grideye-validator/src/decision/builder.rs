@@ -1,5 +1,6 @@
 //! The pictures of a scene and of its alternatives: means over worlds, ready for products with recordings.
 
+use crate::constants::{ALIKE_SDS, CLEAR_C, PRIOR, QUARTER_M};
 use crate::decision::alternative::{Alternative, PEOPLE_MOST};
 use crate::decision::displaced::Displaced;
 use crate::decision::film::{Film, Image, add, less};
@@ -12,13 +13,6 @@ use grideye_scene::Laws;
 
 /// Worlds whose mean is the picture of a scene or an alternative.
 pub(super) const FOR_MEAN: usize = 24;
-/// Standard deviations of noise by which an alternative differs from the scene at least.
-pub(super) const ALIKE: f64 = 2.0;
-/// So far aside a person is still where the scene has it, meters.
-const QUARTER_M: f64 = 0.25;
-/// Root of the sum of squares over the pixels, °C, from which one more person who stands must be told from what any unit and
-/// room may show: 10 times 0.38 °C, what pixels of real units and rooms differ by.
-const CLEAR_C: f64 = 4.0;
 
 /// Normal equations of the subjects' contrasts.
 pub(super) struct Equations {
@@ -47,10 +41,6 @@ pub(super) struct Products {
     pub(super) subjects: Vec<f64>,
     pub(super) rooms: f64,
 }
-
-/// Weight of the scene's own contrast against what the recording says: as if it were known to a standard deviation of 1. It
-/// decides only for people whom the recording does not show.
-pub(super) const PRIOR: f64 = 1.0;
 
 impl Equations {
     fn new(products: Matrix) -> Self {
@@ -110,7 +100,7 @@ impl<'a> Builder<'a> {
             pictures: vec![Vec::new(); lags_s.len()],
             subjects: Vec::new(),
             equations: Vec::new(),
-            alike: ALIKE,
+            alike: ALIKE_SDS,
             displaced: None,
         };
         builder.claimed = vec![[0.0; PIXELS]; film.len()];
@@ -212,7 +202,7 @@ impl<'a> Builder<'a> {
             by_meter.push([meter(&left, &right), meter(&down, &up)]);
         }
         if least.is_finite() {
-            self.alike = least.max(ALIKE);
+            self.alike = least.max(ALIKE_SDS);
         }
         self.displaced = Some(Displaced::new(film, laws, by_meter, self.noise));
     }
@@ -259,7 +249,7 @@ impl<'a> Builder<'a> {
             moved if moved.keeps_people() => {
                 square - self.by_contrast(moved.person(), &middle.0) < self.alike * self.alike
             }
-            _ => square < ALIKE * ALIKE,
+            _ => square < ALIKE_SDS * ALIKE_SDS,
         };
         Hypothesis {
             subject: what.person(),

@@ -1,10 +1,11 @@
 //! From worlds to a decision.
 
+use crate::constants::{ABSENT, CLEAR_POWER};
 use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add};
 use crate::decision::model::{Model, Statistics};
 use crate::decision::recording::{Recording, fill};
-use crate::decision::spread::{ABSENT, Spread, Statistic, is_outside, one_in_a_hundred};
+use crate::decision::spread::{Spread, Statistic, is_outside, one_in_a_hundred};
 use crate::decision::template::mean;
 use crate::decision::world::{Drawn, Law, World};
 use crate::names::named;
@@ -93,9 +94,6 @@ const OF_NEAR: usize = 400;
 const LOOKED_AT: usize = 60;
 /// Pictures of worlds that are kept for all alternatives: 51 megabytes.
 const PICTURES_KEPT: usize = 200_000;
-/// An alternative that more right worlds than this share exclude is something else, however near it is. A few right
-/// recordings then end in "cannot tell", which is better than to agree to it.
-const CLEAR_POWER: f64 = 0.95;
 /// Alternatives that are asked which law is too wide to tell them apart: as many as are named.
 const UNTOLD_MOST: usize = 3;
 /// Worlds of each offset that is tried.

@@ -1,7 +1,8 @@
 //! Statistics of a recording beside a scene and its alternatives.
 
+use crate::constants::{PRIOR, STRETCH_S};
 use crate::decision::alternative::Alternative;
-use crate::decision::builder::{Builder, Equations, FOR_MEAN, Hypothesis, PRIOR};
+use crate::decision::builder::{Builder, Equations, FOR_MEAN, Hypothesis};
 use crate::decision::displaced::Displaced;
 use crate::decision::film::{Film, Image, add, less};
 use crate::decision::template::{NoiseModel, Template, centered};
@@ -15,9 +16,7 @@ use std::ops::Range;
 
 /// Delays that are tried each way, in standard deviations.
 const LAGS: i32 = 3;
-/// Warmth that the scene lacks or has too much is sought in stretches of this length, seconds; of a long recording in as
-/// many as these.
-const STRETCH_S: f64 = 1.0;
+/// Of a long recording there are as many stretches as these.
 const STRETCHES_MOST: f64 = 300.0;
 /// Blocks of 2 x 2 pixels, in a row and in all.
 const ACROSS: usize = COLUMNS - 1;

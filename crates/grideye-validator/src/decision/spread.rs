@@ -1,5 +1,6 @@
 //! How the statistics of right worlds spread, and what is farthest off.
 
+use crate::constants::{ABSENT, LIKE_MIN, LIKENESS_LEAST};
 use crate::decision::film::Film;
 use crate::decision::model::{BLOCKS, Model, Statistics};
 use crate::numbers::{count, mean, percentile, single};
@@ -110,9 +111,6 @@ pub(crate) fn one_in_a_hundred(above: &[f64], lowest: f64, number: usize) -> f64
     limit.min(highest).max(lowest)
 }
 
-/// Likeness below which nothing is said any more: the contrast is too low to divide by.
-const UNLIKE: f64 = -20.0;
-
 /// Of right worlds, the farthest that set the scale of a block by their mean. The very farthest varies by a seventh, and in a
 /// few of so many blocks it is half too far.
 const FARTHEST: usize = 8;
@@ -198,7 +196,7 @@ impl Spread {
             Statistic::Misfit => of.misfit,
             Statistic::Block { is_warmer, stays } => self.block(of, is_warmer, stays).1,
             Statistic::Contrast(subject) => of.contrasts[subject].max(0.01).ln(),
-            Statistic::Likeness(alternative) => -of.likeness[alternative].max(UNLIKE),
+            Statistic::Likeness(alternative) => -of.likeness[alternative].max(LIKENESS_LEAST),
         }
     }
 
@@ -312,7 +310,7 @@ impl Spread {
 fn likest(statistics: &Statistics, model: &Model, film: &Film) -> String {
     // Farther below 0 than the alternative itself, it is neither.
     let near = statistics.likeness.iter().zip(&model.hypotheses);
-    let near = near.filter(|(likeness, _)| **likeness < LIKE);
+    let near = near.filter(|(likeness, _)| **likeness < LIKE_MIN);
     match near.min_by(|a, b| a.0.abs().total_cmp(&b.0.abs())) {
         None => "it does not look like the scene".to_owned(),
         Some((_, hypothesis)) => format!("it looks more like {}", hypothesis.what.in_words(film)),
@@ -326,9 +324,3 @@ fn farther<T>(far: (T, f64), one: (T, f64)) -> (T, f64) {
 pub(crate) fn is_outside(found: f64, [low, high]: [f64; 2]) -> bool {
     found < low || found > high
 }
-
-/// A contrast below this share is none: beyond three of the widest standard deviations (0.5, of its logarithm) that a scene
-/// may give.
-pub(crate) const ABSENT: f64 = 0.2;
-/// Likeness below which a recording looks more like an alternative than like the scene.
-const LIKE: f64 = 0.3;

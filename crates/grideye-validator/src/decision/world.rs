@@ -1,14 +1,12 @@
 //! Recordings that could be: a scene within its laws.
 
+use crate::constants::OBJECTS_SD;
 use crate::decision::film::{Film, Image, add};
 use crate::numbers::{count, single};
 use grideye_frame::PIXELS;
 use grideye_scene::Laws;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-
-/// Standard deviation of the logarithm of the contrast of objects, in a scene without people.
-const OBJECTS_SD: f64 = 0.2;
 
 /// One of the laws that worlds draw from.
 #[derive(Debug, Clone, Copy, PartialEq)]
