@@ -1,13 +1,13 @@
 //! Scores how alike a real and a simulated recording are, and shows what each score is worth.
 //!
 //! ```text
-//!  scene ──▶ worlds: recordings that could be ──┬──▶ is this one of them?        ── no ──▶ disagrees
-//!                                               └──▶ could it be something else? ── yes ─▶ cannot tell, else agrees
+//!  scene ──▶ simulated recordings ──┬──▶ is this one of them?        ── no ──▶ disagrees
+//!                                   └──▶ could it be something else? ── yes ─▶ cannot tell, else agrees
 //!  recording beside simulation ──▶ scores, each with what chance scores and what the sensor scores against itself
 //! ```
 //!
-//! The verdict rests on worlds: recordings drawn from what the scene leaves open (`[[uncertain]]`) and from the unit's
-//! noise and pattern, of the scene and of what else it could be. The scores are only reported: a blank image scores an
+//! The verdict rests on simulated recordings, drawn from what the scene leaves open (`[[uncertain]]`) and from the unit's
+//! noise and pattern, of the scene and of its alternatives. The scores are only reported: a blank image scores an
 //! image similarity of 85 to 99 %, and shuffling 64 pixels hardly changes mutual information.
 //!
 //! | verdict | when |

@@ -3,8 +3,8 @@
 use crate::align::Orientation;
 use crate::constants::{ABSENT, WITHIN_M};
 use crate::decision::decide::How;
-use crate::decision::film::{Film, Rendered};
 use crate::decision::recording::Recording;
+use crate::decision::view::{Rendered, View};
 use crate::numbers::{single, whole};
 use glam::DVec3;
 use grideye_draw::text::fixed;
@@ -67,7 +67,7 @@ pub(crate) struct Change {
 pub(super) struct Row {
     kind: Kind,
     /// How many of what it changes there are.
-    pub(super) number: fn(&Compared<'_>, &Film) -> usize,
+    pub(super) number: fn(&Compared<'_>, &View) -> usize,
     /// What is tried first, beside no change; then steps about the best, which are halved.
     starts: fn(&Compared<'_>, usize, f64) -> Vec<[f64; 2]>,
     steps: [f64; 2],
@@ -129,7 +129,7 @@ pub(super) const ROWS: &[Row] = &[
         let name = others(compared.scene, compared.sensor).nth(change.of).map_or("", |sensor| &sensor.name);
         (format!("sensor `{name}`"), format!("--sensor {name}"))
     } },
-    Row { kind: Kind::Aside, number: |_, film| film.people.len(), starts: |_, _, _| AROUND.into(), steps: [0.25; 2], least: 0.2, says: |compared, change| {
+    Row { kind: Kind::Aside, number: |_, view| view.people.len(), starts: |_, _, _| AROUND.into(), steps: [0.25; 2], least: 0.2, says: |compared, change| {
         let name = compared.person(change.of);
         (format!("`{name}` {}", change.along()), format!("position_mm or trajectory of `{name}`"))
     } },
@@ -160,11 +160,11 @@ pub(super) const ROWS: &[Row] = &[
     Row { kind: Kind::Contrast, number: |compared, _| compared.contrasts.len(), starts: |compared, of, _| contrast(compared, of), steps: [0.0; 2], least: 0.0, says: |_, change| {
         (format!("{} times the scene's contrast", fixed(change.by[0], 1)), "change temperature_c, or person.clothing".to_owned())
     } },
-    Row { kind: Kind::Without, number: |_, film| film.people.len(), starts: alone, steps: [0.0; 2], least: 0.0, says: |compared, change| {
+    Row { kind: Kind::Without, number: |_, view| view.people.len(), starts: alone, steps: [0.0; 2], least: 0.0, says: |compared, change| {
         let name = compared.person(change.of);
         (format!("the scene without `{name}`"), format!("remove `{name}`, or say when it is there"))
     } },
-    Row { kind: Kind::More, number: |_, film| film.people.len().min(1), starts: alone, steps: [0.0; 2], least: 0.0, says: |_, _| {
+    Row { kind: Kind::More, number: |_, view| view.people.len().min(1), starts: alone, steps: [0.0; 2], least: 0.0, says: |_, _| {
         ("one more person".to_owned(), "add an [[agent]]".to_owned())
     } },
 ];
@@ -173,12 +173,12 @@ fn alone(_: &Compared<'_>, _: usize, _: f64) -> Vec<[f64; 2]> {
     vec![[0.0; 2]]
 }
 
-fn once(_: &Compared<'_>, _: &Film) -> usize {
+fn once(_: &Compared<'_>, _: &View) -> usize {
     1
 }
 
-fn of_walkers(_: &Compared<'_>, film: &Film) -> usize {
-    usize::from(film.has_movement())
+fn of_walkers(_: &Compared<'_>, view: &View) -> usize {
+    usize::from(view.has_movement())
 }
 
 fn delays(_: &Compared<'_>, _: usize, step_s: f64) -> Vec<[f64; 2]> {
@@ -329,7 +329,7 @@ impl Change {
     }
 
     /// The scene and the sensor that it makes; `None` if there is none such.
-    pub(crate) fn claimed(&self, scene: &Scene, sensor: &str) -> Option<(Scene, String)> {
+    pub(crate) fn applied(&self, scene: &Scene, sensor: &str) -> Option<(Scene, String)> {
         let changed = match self.kind {
             Kind::Sensor => {
                 let name = others(scene, sensor).nth(self.of)?.name.clone();
@@ -361,14 +361,14 @@ impl Change {
         Some((changed, sensor.to_owned()))
     }
 
-    /// The recording and the scene's film that it makes, to be judged; `None` if there are none such.
+    /// The recording and the scene's view that it makes, to be judged; `None` if there are none such.
     pub(super) fn made(
         &self,
         compared: &Compared<'_>,
         turned: Orientation,
-    ) -> Result<Option<(Recording, Film, Scene)>, SceneError> {
+    ) -> Result<Option<(Recording, View, Scene)>, SceneError> {
         let Some((scene, sensor)) = self
-            .claimed(compared.scene, compared.sensor)
+            .applied(compared.scene, compared.sensor)
             .filter(|_| self.kind != Kind::More)
         else {
             return Ok(None);
@@ -383,14 +383,14 @@ impl Change {
         }
         recording.within_s *= self.rate();
         let (of, within_s) = ((&scene, sensor.as_str()), recording.within_s);
-        let mut film = Film::after(Rendered::default(), of, &recording.times_s, within_s)?;
+        let mut view = View::after(Rendered::default(), of, &recording.times_s, within_s)?;
         if self.kind == Kind::Aside {
-            film.moved(self.of, self.by);
+            view.moved(self.of, self.by);
         }
         if self.kind == Kind::Contrast {
-            film = film.warmer(self.of, single(self.by[0]));
+            view = view.warmer(self.of, single(self.by[0]));
         }
-        Ok(Some((recording, film, scene)))
+        Ok(Some((recording, view, scene)))
     }
 }
 

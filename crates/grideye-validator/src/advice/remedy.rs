@@ -5,7 +5,7 @@ use crate::advice::search::{Search, Tried};
 use crate::align::Orientation;
 use crate::constants::{AS_MUCH, GAIN_MIN, MORE_GAIN, MORE_SHARE};
 use crate::decision::decide::decide;
-use crate::decision::film::{Film, Rendered};
+use crate::decision::view::{Rendered, View};
 use grideye_draw::text::fixed;
 use grideye_scene::SceneError;
 
@@ -22,10 +22,10 @@ const NAMED: usize = 3;
 /// What takes most of the difference away, and whether the scene then agrees. What was rendered is left for the next.
 pub(crate) fn remedy(
     compared: &Compared<'_>,
-    film: Film,
+    view: View,
     rendered: &mut Rendered,
 ) -> Result<Option<Remedy>, SceneError> {
-    let mut search = Search::new(compared, film)?;
+    let mut search = Search::new(compared, view)?;
     let own = search.own;
     let most = (own.left - search.noise()).max(1.0);
     let gain = |tried: &Tried| {
@@ -94,13 +94,13 @@ impl Compared<'_> {
     }
 
     fn agrees_with(&self, tried: &Tried) -> Result<bool, SceneError> {
-        let Some((recording, mut film, scene)) = tried.change.made(self, tried.turned)? else {
+        let Some((recording, mut view, scene)) = tried.change.made(self, tried.turned)? else {
             return Ok(false);
         };
-        if film.level_c(&recording.pictures).abs() > self.level_max_c {
+        if view.level_c(&recording.pictures).abs() > self.level_max_c {
             return Ok(false);
         }
-        let decision = decide(&mut film, &recording, &scene.laws(), self.how);
+        let decision = decide(&mut view, &recording, &scene.laws(), self.how);
         // Stopped, nobody asks.
         Ok(decision.is_some_and(|decision| decision.is_agreed(self.how.right_min)))
     }

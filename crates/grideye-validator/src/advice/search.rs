@@ -3,8 +3,8 @@
 use crate::advice::change::{Change, Compared, DELAY_MAX_S, Kind, ROWS, Row, WITHIN_PEOPLE};
 use crate::align::Orientation;
 use crate::constants::OBJECTS_SD;
-use crate::decision::film::{Film, Image, Rendered, add, image, less, moment, turned};
 use crate::decision::template::{NoiseModel, centered};
+use crate::decision::view::{Image, Rendered, View, add, image, less, moment, turned};
 use crate::numbers::{count, evenly, index, median, single, whole};
 use grideye_frame::PIXELS;
 use grideye_scene::{Scene, SceneError, Simulator};
@@ -65,7 +65,7 @@ pub(super) struct Search<'a> {
     /// What was rendered last.
     last: Option<(Change, Shown)>,
     /// The scene at all times that the recording may be of.
-    reel: Film,
+    reel: View,
     times_s: Vec<f64>,
     /// Where each is in the reel if nothing is late.
     places: Vec<f64>,
@@ -77,7 +77,7 @@ pub(super) struct Search<'a> {
 
 impl<'a> Search<'a> {
     /// Tries all changes of all rows.
-    pub(super) fn new(compared: &'a Compared<'a>, film: Film) -> Result<Self, SceneError> {
+    pub(super) fn new(compared: &'a Compared<'a>, view: View) -> Result<Self, SceneError> {
         let recording = compared.recording;
         let pairs = recording.times_s.windows(2);
         let steps: Vec<f64> = pairs.map(|pair| pair[1] - pair[0]).collect();
@@ -87,7 +87,7 @@ impl<'a> Search<'a> {
         let first_s = times_s.first().copied().unwrap_or_default();
         let last_s = times_s.last().copied().unwrap_or_default();
         let step_s = median(&steps).unwrap_or(0.1).clamp(0.1, 1.0);
-        let (reel_s, places) = match film.has_movement() {
+        let (reel_s, places) = match view.has_movement() {
             false => (times_s.clone(), (0..times_s.len()).map(count).collect()),
             true => {
                 let from_s = first_s - DELAY_MAX_S;
@@ -98,7 +98,7 @@ impl<'a> Search<'a> {
             }
         };
         let of = (compared.scene, compared.sensor);
-        let reel = Film::after(film.into_rendered(), of, &reel_s, recording.within_s)?;
+        let reel = View::after(view.into_rendered(), of, &reel_s, recording.within_s)?;
         let mut search = Self {
             compared,
             own: Tried {
@@ -266,7 +266,7 @@ impl<'a> Search<'a> {
             ..*change
         };
         if self.last.as_ref().is_none_or(|(last, _)| *last != bare) {
-            let Some((scene, sensor)) = change.claimed(self.compared.scene, self.compared.sensor)
+            let Some((scene, sensor)) = change.applied(self.compared.scene, self.compared.sensor)
             else {
                 return Ok(None);
             };
@@ -295,7 +295,7 @@ impl<'a> Search<'a> {
 
     /// Room and subjects of each picture from the reel, so many steps late, with one person changed.
     fn reeled(&mut self, late: f64, change: &Change) -> (Vec<Image>, Vec<Image>) {
-        let Film {
+        let View {
             room,
             objects,
             people,

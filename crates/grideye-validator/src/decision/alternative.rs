@@ -2,7 +2,7 @@
 
 use crate::align::Orientation;
 use crate::constants::{ASIDE_M, LATE_S, PART_S, PARTS, SHOWN_MIN};
-use crate::decision::film::{Film, Image, PIXEL_COUNT, add, less};
+use crate::decision::view::{Image, PIXEL_COUNT, View, add, less};
 use crate::decision::world::World;
 use crate::numbers::count;
 use grideye_draw::text::fixed;
@@ -51,42 +51,42 @@ const WAYS: [[f64; 2]; 8] = {
 pub(crate) const PEOPLE_MOST: usize = 4;
 
 impl Alternative {
-    pub(crate) fn of(film: &mut Film, laws: &Laws) -> Vec<Self> {
+    pub(crate) fn of(view: &mut View, laws: &Laws) -> Vec<Self> {
         let mut all = vec![Self::Nobody];
-        let people = film.people.len();
+        let people = view.people.len();
         if people > 1 {
             all.extend((0..people).map(Self::Missing));
         }
         for person in 0..people.min(PEOPLE_MOST) {
             all.extend(WAYS.map(|way| Self::Aside(person, way.map(|part| ASIDE_M * part))));
-            let warmth = film.people[person].warmth();
-            let mut parts = parts_in_view(&warmth, &film.times_s);
-            parts.extend(parts_of_time(&warmth, &film.times_s));
+            let warmth = view.people[person].warmth();
+            let mut parts = parts_in_view(&warmth, &view.times_s);
+            parts.extend(parts_of_time(&warmth, &view.times_s));
             all.extend(parts.into_iter().map(|part| Self::Gone(person, part)));
         }
         all.extend(Orientation::ALL.into_iter().skip(1).map(Self::Turned));
-        let span_s = film.span_s();
-        if film.has_movement() {
+        let span_s = view.span_s();
+        if view.has_movement() {
             let delays = [3.0 * laws.lag_sd_s + LATE_S, 5.0, 20.0];
             let delays = delays.into_iter().filter(|by_s| *by_s < 0.6 * span_s);
             all.extend(delays.flat_map(|by_s| [Self::Later(by_s), Self::Later(-by_s)]));
             all.push(Self::Backwards);
             all.push(Self::Follower(0.5 * span_s));
         }
-        all.extend(free_places(film).into_iter().map(Self::More));
+        all.extend(free_places(view).into_iter().map(Self::More));
         all
     }
 
     /// Ends "it could be …".
-    pub(crate) fn in_words(&self, film: &Film) -> String {
-        let name = |person: &usize| format!("`{}`", film.people[*person].name);
-        let at = |index: usize| fixed(film.times_s[index], 1);
+    pub(crate) fn in_words(&self, view: &View) -> String {
+        let name = |person: &usize| format!("`{}`", view.people[*person].name);
+        let at = |index: usize| fixed(view.times_s[index], 1);
         let later = |by_s: f64| match by_s < 0.0 {
             true => format!("{} s earlier", fixed(-by_s, 1)),
             false => format!("{} s later", fixed(by_s, 1)),
         };
         match self {
-            Self::Nobody if film.people.is_empty() => "a room with nothing warm".to_owned(),
+            Self::Nobody if view.people.is_empty() => "a room with nothing warm".to_owned(),
             Self::Nobody => "the room without its people".to_owned(),
             Self::Missing(person) => format!("{} missing", name(person)),
             Self::Gone(person, part) => {
@@ -139,52 +139,52 @@ impl Alternative {
     }
 
     /// By how much the scene's room is warmer than this one.
-    pub(crate) fn rooms_apart(&self, film: &Film) -> Vec<Image> {
+    pub(crate) fn rooms_apart(&self, view: &View) -> Vec<Image> {
         match self {
             Self::Turned(orientation) => {
-                let rooms = film.room.iter();
+                let rooms = view.room.iter();
                 rooms
                     .map(|room| less(room, &orientation.apply(room)))
                     .collect()
             }
-            _ => vec![[0.0; PIXELS]; film.len()],
+            _ => vec![[0.0; PIXELS]; view.len()],
         }
     }
 
     /// What is seen beyond the scene's room, without noise, in a world of the alternative that otherwise draws as one of the
     /// scene.
-    pub(crate) fn shown(&self, film: &mut Film, world: &World) -> Vec<Image> {
+    pub(crate) fn shown(&self, view: &mut View, world: &World) -> Vec<Image> {
         let World { drawn, shows } = world;
         // Other times and orientations show the room in them.
-        let seen = |film: &Film, at: &dyn Fn(usize) -> usize, turned: Orientation| -> Vec<Image> {
-            let all = film.room.iter().enumerate();
+        let seen = |view: &View, at: &dyn Fn(usize) -> usize, turned: Orientation| -> Vec<Image> {
+            let all = view.room.iter().enumerate();
             all.map(|(index, room)| {
                 let at = at(index);
-                let mut whole = film.room[at];
+                let mut whole = view.room[at];
                 add(&mut whole, &shows[at], 1.0);
                 less(&turned.apply(&whole), room)
             })
             .collect()
         };
         match self {
-            Self::Nobody => drawn.empty(film),
-            Self::Missing(person) => drawn.without_hidden(film, |number, _| number == *person),
-            Self::Gone(person, part) => drawn.without_hidden(film, |number, index| {
+            Self::Nobody => drawn.empty(view),
+            Self::Missing(person) => drawn.without_hidden(view, |number, _| number == *person),
+            Self::Gone(person, part) => drawn.without_hidden(view, |number, index| {
                 number == *person && part.contains(&index)
             }),
-            Self::Aside(person, by_m) => drawn.clone().moved(*person, *by_m).shown(film),
-            Self::Turned(orientation) => seen(film, &|index| index, *orientation),
+            Self::Aside(person, by_m) => drawn.clone().moved(*person, *by_m).shown(view),
+            Self::Turned(orientation) => seen(view, &|index| index, *orientation),
             Self::Later(by_s) => {
-                let at = |index: usize| film.near(film.times_s[index] - by_s);
-                seen(film, &at, Orientation::Upright)
+                let at = |index: usize| view.near(view.times_s[index] - by_s);
+                seen(view, &at, Orientation::Upright)
             }
             Self::Backwards => {
-                let last = film.len() - 1;
-                seen(film, &|index| last - index, Orientation::Upright)
+                let last = view.len() - 1;
+                seen(view, &|index| last - index, Orientation::Upright)
             }
             Self::More(place_m) => {
                 let mut shown = shows.clone();
-                if let Some(walker) = film.people.first_mut() {
+                if let Some(walker) = view.people.first_mut() {
                     let more = walker.standing(*place_m, 0);
                     let contrast = drawn.contrast();
                     shown
@@ -195,15 +195,15 @@ impl Alternative {
             }
             Self::Follower(by_s) => {
                 let mut shown = shows.clone();
-                let half = film.times_s.first().copied().unwrap_or_default() + by_s;
+                let half = view.times_s.first().copied().unwrap_or_default() + by_s;
                 for (index, image) in shown.iter_mut().enumerate() {
-                    let time_s = film.times_s[index];
-                    let other = film.near(if time_s < half {
+                    let time_s = view.times_s[index];
+                    let other = view.near(if time_s < half {
                         time_s + by_s
                     } else {
                         time_s - by_s
                     });
-                    if let Some(walker) = film.people.first() {
+                    if let Some(walker) = view.people.first() {
                         add(image, &walker.adds[other], drawn.contrast());
                     }
                 }
@@ -253,17 +253,17 @@ fn parts_of_time(warmth: &[f64], times_s: &[f64]) -> Vec<Range<usize>> {
 }
 
 /// Places in view for one person more: the clearest of a coarse grid, away from people who stand.
-fn free_places(film: &mut Film) -> Vec<[f64; 2]> {
+fn free_places(view: &mut View) -> Vec<[f64; 2]> {
     const APART_M: f64 = 0.7;
     const MOST: usize = 6;
     const STEPS: i32 = 4;
-    let standing: Vec<[f64; 2]> = film
+    let standing: Vec<[f64; 2]> = view
         .people
         .iter()
         .filter(|walker| !walker.moves)
         .filter_map(|walker| walker.places.first().map(|place| [place.0, place.1]))
         .collect();
-    let Some(walker) = film.people.first_mut() else {
+    let Some(walker) = view.people.first_mut() else {
         return Vec::new();
     };
     let clearest = walker.warmth();

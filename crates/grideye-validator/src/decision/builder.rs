@@ -3,8 +3,8 @@
 use crate::constants::{ALIKE_SDS, CLEAR_C, PRIOR, QUARTER_M};
 use crate::decision::alternative::{Alternative, PEOPLE_MOST};
 use crate::decision::displaced::Displaced;
-use crate::decision::film::{Film, Image, add, less};
 use crate::decision::template::{NoiseModel, Template, centered, mean};
+use crate::decision::view::{Image, View, add, less};
 use crate::decision::world::{World, later};
 use crate::linear::{self, Matrix, cholesky};
 use crate::numbers::{count, median, single};
@@ -74,7 +74,7 @@ pub(super) struct Builder<'a> {
     worlds: &'a [World],
     lags_s: &'a [f64],
     /// All subjects.
-    claimed: Vec<Image>,
+    shown: Vec<Image>,
     /// By delay and subject.
     pub(super) pictures: Vec<Vec<Vec<Image>>>,
     /// By subject and delay.
@@ -87,7 +87,7 @@ pub(super) struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     pub(super) fn new(
-        film: &mut Film,
+        view: &mut View,
         noise: &'a NoiseModel,
         worlds: &'a [World],
         lags_s: &'a [f64],
@@ -96,25 +96,25 @@ impl<'a> Builder<'a> {
             noise,
             worlds,
             lags_s,
-            claimed: Vec::new(),
+            shown: Vec::new(),
             pictures: vec![Vec::new(); lags_s.len()],
             subjects: Vec::new(),
             equations: Vec::new(),
             alike: ALIKE_SDS,
             displaced: None,
         };
-        builder.claimed = vec![[0.0; PIXELS]; film.len()];
-        for subject in 0..film.people.len().max(1) {
-            let alone = builder.mean(film, |film, world| {
+        builder.shown = vec![[0.0; PIXELS]; view.len()];
+        for subject in 0..view.people.len().max(1) {
+            let alone = builder.mean(view, |view, world| {
                 let is_other = |person, _| person != subject;
-                world.drawn.without_hidden(film, is_other)
+                world.drawn.without_hidden(view, is_other)
             });
-            for (claimed, alone) in builder.claimed.iter_mut().zip(&alone) {
-                add(claimed, alone, 1.0);
+            for (shown, alone) in builder.shown.iter_mut().zip(&alone) {
+                add(shown, alone, 1.0);
             }
             let delayed = lags_s
                 .iter()
-                .map(|lag_s| later(&alone, &film.times_s, *lag_s));
+                .map(|lag_s| later(&alone, &view.times_s, *lag_s));
             let mut templates = Vec::with_capacity(lags_s.len());
             for (pictures, delayed) in builder.pictures.iter_mut().zip(delayed) {
                 templates.push(noise.template(&delayed));
@@ -140,10 +140,10 @@ impl<'a> Builder<'a> {
     }
 
     /// What worlds show beyond the room, in the mean.
-    fn mean(&self, film: &mut Film, shown: impl Fn(&mut Film, &World) -> Vec<Image>) -> Vec<Image> {
-        let mut sum = vec![[0.0; PIXELS]; film.len()];
+    fn mean(&self, view: &mut View, shown: impl Fn(&mut View, &World) -> Vec<Image>) -> Vec<Image> {
+        let mut sum = vec![[0.0; PIXELS]; view.len()];
         for world in self.worlds {
-            for (sum, shown) in sum.iter_mut().zip(&shown(film, world)) {
+            for (sum, shown) in sum.iter_mut().zip(&shown(view, world)) {
                 add(sum, shown, single(1.0 / count(FOR_MEAN)));
             }
         }
@@ -167,19 +167,19 @@ impl<'a> Builder<'a> {
     }
 
     /// Looks at people a quarter of a meter aside: how far from the scene they are, and what places within their laws explain.
-    pub(super) fn move_people(&mut self, film: &mut Film, laws: &Laws) {
+    pub(super) fn move_people(&mut self, view: &mut View, laws: &Laws) {
         let mut least = f64::INFINITY;
         let mut by_meter = Vec::new();
-        for person in 0..film.people.len().min(PEOPLE_MOST) {
+        for person in 0..view.people.len().min(PEOPLE_MOST) {
             let ways = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
             let [right, left, up, down] = ways.map(|way| {
                 let by_m = way.map(|part| QUARTER_M * part);
-                let other = self.mean(film, |film, world| {
-                    world.drawn.clone().moved(person, by_m).shown(film)
+                let other = self.mean(view, |view, world| {
+                    world.drawn.clone().moved(person, by_m).shown(view)
                 });
-                let pairs = self.claimed.iter().zip(&other);
+                let pairs = self.shown.iter().zip(&other);
                 pairs
-                    .map(|(claimed, other)| less(claimed, other))
+                    .map(|(shown, other)| less(shown, other))
                     .collect::<Vec<Image>>()
             });
             let middle = median(&[&right, &left, &up, &down].map(|apart| {
@@ -204,15 +204,15 @@ impl<'a> Builder<'a> {
         if least.is_finite() {
             self.alike = least.max(ALIKE_SDS);
         }
-        self.displaced = Some(Displaced::new(film, laws, by_meter, self.noise));
+        self.displaced = Some(Displaced::new(view, laws, by_meter, self.noise));
     }
 
-    pub(super) fn hypothesis(&mut self, film: &mut Film, what: Alternative) -> Hypothesis {
-        let other = self.mean(film, |film, world| what.shown(film, world));
-        let rooms_apart = what.rooms_apart(film);
-        let pairs = self.claimed.iter().zip(other.iter().zip(&rooms_apart));
+    pub(super) fn hypothesis(&mut self, view: &mut View, what: Alternative) -> Hypothesis {
+        let other = self.mean(view, |view, world| what.shown(view, world));
+        let rooms_apart = what.rooms_apart(view);
+        let pairs = self.shown.iter().zip(other.iter().zip(&rooms_apart));
         // Without what the rooms differ by, which is no warmer if the subjects are.
-        let apart = pairs.map(|(claimed, (other, rooms))| less(&less(claimed, other), rooms));
+        let apart = pairs.map(|(shown, (other, rooms))| less(&less(shown, other), rooms));
         let apart: Vec<Image> = apart.collect();
         let seen = match &self.displaced {
             Some(displaced) if what.comes_or_goes() => displaced.unexplained(&apart, self.noise),
@@ -230,7 +230,7 @@ impl<'a> Builder<'a> {
             .iter()
             .zip(&self.pictures)
             .map(|(lag_s, pictures)| {
-                let delayed = |film_of: &[Image]| later(film_of, &film.times_s, *lag_s);
+                let delayed = |pictures: &[Image]| later(pictures, &view.times_s, *lag_s);
                 let template = self.noise.template(&delayed(&seen));
                 let all = Products {
                     whole: template.product(&delayed(&apart)),
@@ -267,8 +267,8 @@ impl<'a> Builder<'a> {
 }
 
 /// Root of the sum of squares of the mean picture less its mean.
-fn still_c(film: &[Image]) -> f64 {
-    let mean = mean(&centered(film));
+fn still_c(pictures: &[Image]) -> f64 {
+    let mean = mean(&centered(pictures));
     mean.iter()
         .map(|celsius| celsius * celsius)
         .sum::<f64>()

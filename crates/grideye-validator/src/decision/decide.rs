@@ -1,12 +1,12 @@
-//! From worlds to a decision.
+//! From simulated recordings, or worlds, to a decision.
 
 use crate::constants::{ABSENT, CLEAR_POWER};
 use crate::decision::alternative::Alternative;
-use crate::decision::film::{Film, Image, add};
 use crate::decision::model::{Model, Statistics};
 use crate::decision::recording::{Recording, fill};
 use crate::decision::spread::{Spread, Statistic, is_outside, one_in_a_hundred};
 use crate::decision::template::mean;
+use crate::decision::view::{Image, View, add};
 use crate::decision::world::{Drawn, Law, World};
 use crate::names::named;
 use crate::numbers::{count, single};
@@ -16,10 +16,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-/// What a recording says about its scene, by recordings that could be: worlds.
+/// What a recording says about its scene, beside simulated recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Decision {
-    /// Share of right worlds that are as far from the scene as the recording, or farther.
+    /// Share of the scene's simulated recordings that are as far from it as the recording, or farther.
     pub right: f64,
     /// What is farthest off, in words.
     pub worst: String,
@@ -27,7 +27,7 @@ pub struct Decision {
     pub(crate) cause: Statistic,
     /// Of each person, or of all objects together.
     pub contrasts: Vec<Contrast>,
-    /// How much later than the scene the recording is, seconds, and what all but .5 % of right worlds show.
+    /// How much later than the scene the recording is, seconds, and what all but .5 % of the simulated ones show.
     pub delay_s: f64,
     /// Lowest and highest.
     pub delay_range_s: [f64; 2],
@@ -58,7 +58,7 @@ pub struct Contrast {
     pub of: Option<String>,
     /// In the recording, over the scene's.
     pub found: f64,
-    /// Of all but .5 % of right worlds: lowest and highest.
+    /// Of all but .5 % of the simulated recordings: lowest and highest.
     pub range: [f64; 2],
 }
 
@@ -71,9 +71,9 @@ pub struct Alternatively {
     pub(crate) of: Alternative,
     /// 1 for the scene, 0 for the alternative, less what noise may add.
     pub likeness: f64,
-    /// What worlds of the alternative stay below.
+    /// What simulated recordings of the alternative stay below.
     pub limit: f64,
-    /// Share of right worlds above that limit.
+    /// Share of the scene's simulated recordings above that limit.
     pub power: f64,
     /// Whether the two differ by less than noise.
     pub is_alike: bool,
@@ -230,12 +230,12 @@ pub(crate) struct How {
 
 /// `None` once it is stopped, and of a recording that is refused if it is brief.
 pub(crate) fn decide(
-    film: &mut Film,
+    view: &mut View,
     recording: &Recording,
     laws: &Laws,
     how: How,
 ) -> Option<Decision> {
-    let mut worlds = Worlds::new(film, recording, laws, how.is_stopped);
+    let mut worlds = Worlds::new(view, recording, laws, how.is_stopped);
     let right = Right::new(worlds.right()?, how.right_min);
     let found = worlds.model.of(&worlds.seen);
     if how.is_brief && right.refuses(&found) {
@@ -250,7 +250,7 @@ pub(crate) fn decide(
         let is_open = all.any(|(one, likeness)| one.finding_of(*likeness) == Finding::Open);
         !is_open && !right.refuses(one)
     };
-    let are_asked = !worlds.film.people.is_empty() && !how.is_brief;
+    let are_asked = !worlds.view.people.is_empty() && !how.is_brief;
     let mut offsets = OFFSETS_M.into_iter().filter(|_| are_asked);
     let refused_aside_m = offsets.find(|aside_m| worlds.refuse_aside(*aside_m, &is_agreed));
     let too_wide = match how.is_brief {
@@ -262,17 +262,17 @@ pub(crate) fn decide(
         .find(|one| one.of == Alternative::Nobody);
     let is_empty = nobody.is_some_and(|one| one.finding() != Finding::Excluded)
         && worlds.shows_only_the_room();
-    let (model, film) = (&worlds.model, &worlds.film);
+    let (model, view) = (&worlds.model, &worlds.view);
     let spread = &right.spread;
     let worst = match is_empty {
-        true => nobody_is_there(film).to_owned(),
-        false => spread.worst(&found, model, film),
+        true => nobody_is_there(view).to_owned(),
+        false => spread.worst(&found, model, view),
     };
     let contrasts = found.contrasts.iter().zip(spread.contrasts(&found));
     let contrasts = contrasts
         .zip(0..)
         .map(|((found, range), subject)| Contrast {
-            of: film.people.get(subject).map(|walker| walker.name.clone()),
+            of: view.people.get(subject).map(|walker| walker.name.clone()),
             found: *found,
             range,
         });
@@ -287,7 +287,7 @@ pub(crate) fn decide(
         is_empty,
         alternatives,
         too_wide,
-        drift_c: film.drift_c(&recording.pictures),
+        drift_c: view.drift_c(&recording.pictures),
         frames: recording.frames - recording.strays,
         pictures: recording.pictures.len() - recording.missing.len(),
         strays: recording.strays,
@@ -296,7 +296,7 @@ pub(crate) fn decide(
 
 /// Draws recordings that could be.
 struct Worlds<'a> {
-    film: &'a mut Film,
+    view: &'a mut View,
     laws: &'a Laws,
     recording: &'a Recording,
     /// Of the recording, beyond the room.
@@ -312,19 +312,19 @@ struct Worlds<'a> {
 
 impl<'a> Worlds<'a> {
     fn new(
-        film: &'a mut Film,
+        view: &'a mut View,
         recording: &'a Recording,
         laws: &'a Laws,
         is_stopped: fn() -> bool,
     ) -> Self {
         // Any seed will do, but the same recording always gets the same verdict.
         let mut random = ChaCha8Rng::seed_from_u64(0x0064_6563_6964_6500);
-        let mut seen = film.beyond_room(&recording.pictures);
+        let mut seen = view.beyond_room(&recording.pictures);
         fill(&mut seen, &recording.missing);
         Self {
             seen,
-            model: Model::new(film, laws, &recording.unit, &mut random),
-            film,
+            model: Model::new(view, laws, &recording.unit, &mut random),
+            view,
             laws,
             recording,
             random,
@@ -339,11 +339,11 @@ impl<'a> Worlds<'a> {
             if (self.is_stopped)() {
                 return None;
             }
-            let drawn = Drawn::of(self.film, self.laws, &mut self.random);
-            let drawn = drawn.with_own_looks(self.film, self.laws, &mut self.random);
-            let shown = drawn.shown(self.film);
+            let drawn = Drawn::of(self.view, self.laws, &mut self.random);
+            let drawn = drawn.with_own_looks(self.view, self.laws, &mut self.random);
+            let shown = drawn.shown(self.view);
             let unit = &self.recording.unit;
-            let error = unit.errors(self.film.len(), &mut self.random);
+            let error = unit.errors(self.view.len(), &mut self.random);
             let statistics = self.model.of(&self.recorded(shown, &error));
             if self.errors.len() < OF_ALTERNATIVE {
                 self.errors.push(error);
@@ -396,7 +396,7 @@ impl<'a> Worlds<'a> {
         }
         let power = count(above(limit)) / count(RIGHT);
         Some(Alternatively {
-            what: of.in_words(self.film),
+            what: of.in_words(self.view),
             likeness: found.likeness[number],
             limit,
             power,
@@ -406,7 +406,7 @@ impl<'a> Worlds<'a> {
     }
 
     fn draw_others(&mut self) {
-        let kept = PICTURES_KEPT / self.film.len().max(1);
+        let kept = PICTURES_KEPT / self.view.len().max(1);
         for index in 0..kept.min(OF_NEAR) {
             let other = self.other(index);
             self.others.push(other);
@@ -417,7 +417,7 @@ impl<'a> Worlds<'a> {
     fn other(&mut self, index: usize) -> World {
         let mut random = self.random.clone();
         random.set_stream(1 + u64::try_from(index).unwrap_or(0));
-        World::new(Drawn::of(self.film, self.laws, &mut random), self.film)
+        World::new(Drawn::of(self.view, self.laws, &mut random), self.view)
     }
 
     fn world_of(&mut self, alternative: &Alternative, index: usize) -> Vec<Image> {
@@ -428,7 +428,7 @@ impl<'a> Worlds<'a> {
             fresh = self.other(index);
             &fresh
         };
-        let shown = alternative.shown(self.film, other);
+        let shown = alternative.shown(self.view, other);
         self.recorded(shown, &self.errors[index % self.errors.len()])
     }
 
@@ -442,13 +442,13 @@ impl<'a> Worlds<'a> {
             let drawn = (0..OF_ALTERNATIVE.min(worlds.others.len())).map(|index| {
                 let drawn = worlds.others[index].drawn.clone();
                 let drawn = law.map_or(drawn.clone(), |law| drawn.knowing(law));
-                let world = World::new(drawn, worlds.film);
+                let world = World::new(drawn, worlds.view);
                 let mut error = worlds.errors[index % worlds.errors.len()].clone();
                 if law == Some(Law::Background) {
                     without_mean(&mut error);
                 }
                 let of = untold.iter().map(|(hypothesis, one)| {
-                    let shown = one.of.shown(worlds.film, &world);
+                    let shown = one.of.shown(worlds.view, &world);
                     let recorded = worlds.recorded(shown, &error);
                     let beyond = worlds.model.likeness(*hypothesis, &recorded) - one.likeness;
                     match beyond > 0.0 && !right.refuses(&worlds.model.of(&recorded)) {
@@ -476,12 +476,12 @@ impl<'a> Worlds<'a> {
     fn open_laws(&self) -> Vec<(Law, String)> {
         let told = |key: &str, sd: f64| format!("`{key}` (sd {sd})");
         let mut all = Vec::new();
-        for (number, response) in self.film.responses.iter().enumerate() {
+        for (number, response) in self.view.responses.iter().enumerate() {
             let known = self.laws.numbers.iter().find(|one| one.key == response.key);
             let sd = known.and_then(Uncertain::known).map_or(0.0, |law| law.sd);
             all.push((Law::Number(number), told(&response.key, sd)));
         }
-        for (person, (walker, law)) in self.film.people.iter().zip(&self.laws.agents).enumerate() {
+        for (person, (walker, law)) in self.view.people.iter().zip(&self.laws.agents).enumerate() {
             let of = [
                 (Law::Contrast(person), "contrast", law.contrast_sd),
                 (Law::Aside(person), "aside_m", law.place_sd_m),
@@ -527,7 +527,7 @@ impl<'a> Worlds<'a> {
             let angle = std::f64::consts::TAU * count(*index) / count(number);
             let by_m = [aside_m * angle.cos(), aside_m * angle.sin()];
             let drawn = self.others[*index].drawn.clone();
-            let shown = drawn.moved(0, by_m).shown(self.film);
+            let shown = drawn.moved(0, by_m).shown(self.view);
             let recorded = self.recorded(shown, &self.errors[*index]);
             is_agreed(&self.model.of(&recorded))
         });
@@ -537,8 +537,8 @@ impl<'a> Worlds<'a> {
     }
 }
 
-fn nobody_is_there(film: &Film) -> &'static str {
-    match film.people.is_empty() {
+fn nobody_is_there(view: &View) -> &'static str {
+    match view.people.is_empty() {
         true => "nothing warm is there, only the room and noise",
         false => "nobody is there, only the room and noise",
     }

@@ -1,7 +1,7 @@
 //! People off their places for a while: what a statistic about who is there must not take for somebody who comes or goes.
 
-use crate::decision::film::{Film, Image, add};
 use crate::decision::template::{NoiseModel, centered};
+use crate::decision::view::{Image, View, add};
 use crate::linear::{self, Matrix, cholesky, zeros};
 use crate::numbers::single;
 use grideye_frame::PIXELS;
@@ -30,21 +30,21 @@ struct Unknown {
 
 impl Displaced {
     pub(super) fn new(
-        film: &Film,
+        view: &View,
         laws: &Laws,
         by_meter: Vec<[Vec<Image>; 2]>,
         noise: &NoiseModel,
     ) -> Self {
         let center = |axes: [Vec<Image>; 2]| axes.map(|film| centered(&film));
         let mut displaced = Self {
-            unknowns: unknowns(film, laws, by_meter.len()),
+            unknowns: unknowns(view, laws, by_meter.len()),
             by_meter: by_meter.into_iter().map(center).collect(),
             lower: Matrix::new(),
         };
         let size = displaced.unknowns.len();
         let mut told = zeros(size);
         for (row, unknown) in displaced.unknowns.iter().enumerate() {
-            let mut alone = vec![[0.0; PIXELS]; film.len()];
+            let mut alone = vec![[0.0; PIXELS]; view.len()];
             displaced.add(&mut alone, unknown, 1.0);
             told[row] = displaced.products(&alone, noise);
             told[row][row] += 1.0;
@@ -85,9 +85,9 @@ impl Displaced {
 }
 
 /// A constant offset of each person along each axis, and the wander of those who move, window by window.
-fn unknowns(film: &Film, laws: &Laws, people: usize) -> Vec<Unknown> {
+fn unknowns(view: &View, laws: &Laws, people: usize) -> Vec<Unknown> {
     let mut all = Vec::new();
-    for (person, (walker, law)) in film
+    for (person, (walker, law)) in view
         .people
         .iter()
         .zip(&laws.agents)
@@ -96,7 +96,7 @@ fn unknowns(film: &Film, laws: &Laws, people: usize) -> Vec<Unknown> {
     {
         let moves = walker.moves && law.wander_sd_m > 0.0;
         let windows = if moves {
-            film.stretches(WINDOW * law.wander_over_s, WINDOWS_MOST)
+            view.stretches(WINDOW * law.wander_over_s, WINDOWS_MOST)
         } else {
             Vec::new()
         };
@@ -109,7 +109,7 @@ fn unknowns(film: &Film, laws: &Laws, people: usize) -> Vec<Unknown> {
                     during,
                 });
             };
-            push(law.place_sd_m, 0..film.len());
+            push(law.place_sd_m, 0..view.len());
             windows
                 .iter()
                 .for_each(|during| push(law.wander_sd_m, during.clone()));

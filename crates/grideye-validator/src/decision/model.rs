@@ -4,9 +4,9 @@ use crate::constants::{PRIOR, STRETCH_S};
 use crate::decision::alternative::Alternative;
 use crate::decision::builder::{Builder, Equations, FOR_MEAN, Hypothesis};
 use crate::decision::displaced::Displaced;
-use crate::decision::film::{Film, Image, add, less};
 use crate::decision::template::{NoiseModel, Template, centered};
 use crate::decision::unit::Unit;
+use crate::decision::view::{Image, View, add, less};
 use crate::decision::world::{Drawn, World};
 use crate::numbers::{count, single};
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
@@ -60,37 +60,38 @@ pub(crate) struct Statistics {
     /// may add.
     pub(crate) likeness: Vec<f64>,
     /// Warmth beyond the scene of each stretch and block, °C times the root of the pictures.
-    pub(crate) beyond: Vec<f32>,
+    pub(crate) blocks: Vec<f32>,
 }
 
 impl Model {
-    pub(crate) fn new(film: &mut Film, laws: &Laws, unit: &Unit, random: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn new(view: &mut View, laws: &Laws, unit: &Unit, random: &mut ChaCha8Rng) -> Self {
         let noise = NoiseModel::new(unit);
         // The same draws for all, with the scene's own contrast.
         let mut worlds = Vec::with_capacity(FOR_MEAN);
         for _ in 0..FOR_MEAN / 2 {
-            let two = Drawn::two_for_mean(film, laws, random);
-            worlds.extend(two.map(|drawn| World::new(drawn, film)));
+            let two = Drawn::two_for_mean(view, laws, random);
+            worlds.extend(two.map(|drawn| World::new(drawn, view)));
         }
         let step_s = laws.lag_sd_s;
-        let lags = if film.has_movement() && step_s > 0.0 {
+        let lags = if view.has_movement() && step_s > 0.0 {
             LAGS
         } else {
             0
         };
         let lags_s: Vec<f64> = (-lags..=lags).map(|lag| step_s * f64::from(lag)).collect();
-        let mut builder = Builder::new(film, &noise, &worlds, &lags_s);
-        builder.move_people(film, laws);
-        let hypotheses = Alternative::of(film, laws)
+        let mut builder = Builder::new(view, &noise, &worlds, &lags_s);
+        builder.move_people(view, laws);
+        let hypotheses = Alternative::of(view, laws)
             .into_iter()
-            .map(|what| builder.hypothesis(film, what))
+            .map(|what| builder.hypothesis(view, what))
             .collect();
-        let stretches = film.stretches(STRETCH_S, STRETCHES_MOST);
-        let centered_all = |all: Vec<Vec<Image>>| all.iter().map(|film| centered(film)).collect();
+        let stretches = view.stretches(STRETCH_S, STRETCHES_MOST);
+        let centered_all =
+            |all: Vec<Vec<Image>>| all.iter().map(|pictures| centered(pictures)).collect();
         Self {
             pictures: builder.pictures.into_iter().map(centered_all).collect(),
             displaced: builder.displaced,
-            own_share: noise.own_share(film.len()),
+            own_share: noise.own_share(view.len()),
             subjects: builder.subjects,
             equations: builder.equations,
             noise,
@@ -186,7 +187,7 @@ impl Model {
             lag_s: self.lag_s(recording, &fit),
             misfit: left.max(1e-9).ln() - noise.max(1e-9).ln(),
             likeness: likeness.collect(),
-            beyond: self.beyond(recording, &fit),
+            blocks: self.blocks(recording, &fit),
             contrasts: fit.contrasts,
         }
     }
@@ -207,7 +208,7 @@ impl Model {
         }
     }
 
-    fn beyond(&self, recording: &[Image], fit: &Fit) -> Vec<f32> {
+    fn blocks(&self, recording: &[Image], fit: &Fit) -> Vec<f32> {
         let mut left = centered(recording);
         for (contrast, pictures) in fit.contrasts.iter().zip(&self.pictures[fit.lag]) {
             for (left, adds) in left.iter_mut().zip(pictures) {
@@ -276,11 +277,11 @@ fn level(image: &[f64; PIXELS]) -> Image {
     })
 }
 
-fn means(film: &[Image], stretches: &[Range<usize>]) -> Vec<Image> {
+fn means(pictures: &[Image], stretches: &[Range<usize>]) -> Vec<Image> {
     let mean = |stretch: &Range<usize>| {
         let mut sum = [0.0; PIXELS];
         let share = single(1.0 / count(stretch.len().max(1)));
-        film[stretch.clone()]
+        pictures[stretch.clone()]
             .iter()
             .for_each(|image| add(&mut sum, image, share));
         sum

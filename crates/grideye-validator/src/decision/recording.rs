@@ -1,8 +1,8 @@
 //! The pictures that a scene is judged by: all frames of a recording, the means of neighbors if there are many.
 
 use crate::align::Orientation;
-use crate::decision::film::{self, Image, PIXEL_COUNT, add};
 use crate::decision::unit::Unit;
+use crate::decision::view::{self, Image, PIXEL_COUNT, add};
 use crate::numbers::{count, index, median, single, whole};
 use grideye_frame::PIXELS;
 
@@ -147,7 +147,7 @@ impl Recording {
     /// The same with all images turned.
     pub(crate) fn turned(&self, orientation: Orientation) -> Self {
         let mut all = self.clone();
-        all.pictures = film::turned(&all.pictures, orientation);
+        all.pictures = view::turned(&all.pictures, orientation);
         all.unit.noise_c = orientation.apply(&all.unit.noise_c);
         all.unit.pattern_c = orientation.apply(&all.unit.pattern_c);
         for (_, shows) in &mut all.unit.open {

@@ -1,8 +1,8 @@
 //! How the statistics of right worlds spread, and what is farthest off.
 
 use crate::constants::{ABSENT, LIKE_MIN, LIKENESS_LEAST};
-use crate::decision::film::Film;
 use crate::decision::model::{BLOCKS, Model, Statistics};
+use crate::decision::view::View;
 use crate::numbers::{count, mean, percentile, single};
 use grideye_draw::text::fixed;
 
@@ -123,17 +123,17 @@ pub(crate) struct Spread {
     /// Of the most surprising statistic of each kind.
     kinds: [Distribution; KINDS],
     /// Mean and scales upward and downward of the warmth beyond the scene in each stretch and block.
-    beyond: Vec<(f32, [f32; 2])>,
+    blocks: Vec<(f32, [f32; 2])>,
 }
 
 impl Spread {
     /// The law of a kind is of other worlds than those of its statistics, and theirs than the scales of blocks: within their
     /// own worlds nothing would be far.
     pub(crate) fn new(of_statistics: &[Statistics], of_kinds: &[Statistics]) -> Self {
-        let number = of_statistics.first().map_or(0, |one| one.beyond.len());
+        let number = of_statistics.first().map_or(0, |one| one.blocks.len());
         let share = single(1.0 / count(of_statistics.len()));
-        let beyond = (0..number).map(|index| {
-            let values = || of_statistics.iter().map(|one| one.beyond[index]);
+        let blocks = (0..number).map(|index| {
+            let values = || of_statistics.iter().map(|one| one.blocks[index]);
             let mean = share * values().sum::<f32>();
             let variance = share * values().map(|value| (value - mean).powi(2)).sum::<f32>();
             // Next to a person who may be elsewhere the law has long tails.
@@ -146,7 +146,7 @@ impl Spread {
             (mean, [scale(1.0), scale(-1.0)])
         });
         let mut spread = Self {
-            beyond: beyond.collect(),
+            blocks: blocks.collect(),
             of: Vec::new(),
             kinds: [Distribution::new(Vec::new()); KINDS],
         };
@@ -178,8 +178,8 @@ impl Spread {
     fn block(&self, statistics: &Statistics, is_warmer: bool, stays: bool) -> (usize, f64) {
         let sign = if is_warmer { 1.0 } else { -1.0 };
         // The last blocks are those of the whole recording.
-        let first = statistics.beyond.len().saturating_sub(BLOCKS);
-        let all = statistics.beyond.iter().zip(&self.beyond).enumerate();
+        let first = statistics.blocks.len().saturating_sub(BLOCKS);
+        let all = statistics.blocks.iter().zip(&self.blocks).enumerate();
         let all = all.filter(|(index, _)| (*index >= first) == stays);
         let far = all.map(|(index, (value, (mean, scales)))| {
             (
@@ -255,18 +255,18 @@ impl Spread {
     }
 
     /// What is farthest off, in words.
-    pub(crate) fn worst(&self, statistics: &Statistics, model: &Model, film: &Film) -> String {
+    pub(crate) fn worst(&self, statistics: &Statistics, model: &Model, view: &View) -> String {
         let block = |is_warmer, stays| {
             let index = self.block(statistics, is_warmer, stays).0;
             let (stretch, row, column) = model.block(index);
             let root = count(stretch.len()).sqrt();
-            let by_c = f64::from(statistics.beyond[index] - self.beyond[index].0) / root;
+            let by_c = f64::from(statistics.blocks[index] - self.blocks[index].0) / root;
             let size = fixed(by_c.abs(), 1);
-            let when = match stretch.len() == film.len() {
+            let when = match stretch.len() == view.len() {
                 true => "all the time".to_owned(),
                 false => format!(
                     "at second {} of the scene",
-                    fixed(film.times_s[stretch.start], 1)
+                    fixed(view.times_s[stretch.start], 1)
                 ),
             };
             let word = if is_warmer { "warmer" } else { "colder" };
@@ -290,7 +290,7 @@ impl Spread {
             Statistic::Block { is_warmer, stays } => block(is_warmer, stays),
             Statistic::Contrast(subject) => {
                 let times = fixed(statistics.contrasts[subject], 2);
-                let name = film
+                let name = view
                     .people
                     .get(subject)
                     .map(|walker| format!("`{}`", walker.name));
@@ -301,19 +301,19 @@ impl Spread {
                 };
                 format!("{name} has {times} times the scene's contrast{why}")
             }
-            Statistic::Likeness(_) => likest(statistics, model, film),
+            Statistic::Likeness(_) => likest(statistics, model, view),
         }
     }
 }
 
 /// The alternative that a recording looks like most.
-fn likest(statistics: &Statistics, model: &Model, film: &Film) -> String {
+fn likest(statistics: &Statistics, model: &Model, view: &View) -> String {
     // Farther below 0 than the alternative itself, it is neither.
     let near = statistics.likeness.iter().zip(&model.hypotheses);
     let near = near.filter(|(likeness, _)| **likeness < LIKE_MIN);
     match near.min_by(|a, b| a.0.abs().total_cmp(&b.0.abs())) {
         None => "it does not look like the scene".to_owned(),
-        Some((_, hypothesis)) => format!("it looks more like {}", hypothesis.what.in_words(film)),
+        Some((_, hypothesis)) => format!("it looks more like {}", hypothesis.what.in_words(view)),
     }
 }
 

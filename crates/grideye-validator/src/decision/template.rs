@@ -4,8 +4,8 @@
 //! over the pixels, `ā` the mean over the `n` pictures, `s` the noise, `τ` the unknown constant error of each pixel. It is
 //! the product of two films in units of what noise and pattern hide.
 
-use crate::decision::film::{Image, PIXEL_COUNT};
 use crate::decision::unit::Unit;
+use crate::decision::view::{Image, PIXEL_COUNT};
 use crate::numbers::{count, single};
 use grideye_frame::PIXELS;
 use std::ops::Range;

@@ -1,6 +1,6 @@
 //! What a unit adds to what it sees, as far as a recording tells without its scene.
 
-use crate::decision::film::{Image, add};
+use crate::decision::view::{Image, add};
 use crate::decision::world::normal;
 use crate::numbers::{count, mean, median, percentile, single};
 use grideye_frame::PIXELS;
@@ -13,7 +13,7 @@ pub(crate) struct Unit {
     /// Noise of each pixel from picture to picture, rounding included, °C.
     pub(crate) noise_c: Image,
     /// Correlation of a pixel's noise with that of the picture before.
-    pub(crate) kept: f32,
+    pub(crate) correlation: f32,
     /// Standard deviation of each pixel's unknown constant error, unit and room, °C.
     pub(crate) pattern_c: Image,
     /// What else is open of the room: each law in words, and what one standard deviation adds.
@@ -45,7 +45,7 @@ impl Unit {
         });
         Self {
             noise_c,
-            kept: single(kept),
+            correlation: single(kept),
             pattern_c: pattern_c.map(|sd_c| sd_c.hypot(single(rounding_c(all - least, step_c)))),
             open: Vec::new(),
         }
@@ -54,14 +54,14 @@ impl Unit {
     /// The unit of means over `frames` frames.
     pub(crate) fn averaged(mut self, frames: usize) -> Self {
         let number = count(frames.max(1));
-        let kept = f64::from(self.kept);
+        let kept = f64::from(self.correlation);
         let mut sum = number;
         for apart in 1..frames {
             sum += 2.0 * (number - count(apart)) * kept.powf(count(apart));
         }
         let share = single((sum / (number * number)).sqrt());
         self.noise_c = self.noise_c.map(|noise_c| share * noise_c);
-        self.kept = self.kept.powf(single(number));
+        self.correlation = self.correlation.powf(single(number));
         self
     }
 
@@ -73,7 +73,7 @@ impl Unit {
         for (_, shows) in &self.open {
             add(&mut pattern, shows, single(normal(random, 1.0)));
         }
-        let fresh = (1.0 - self.kept * self.kept).sqrt();
+        let fresh = (1.0 - self.correlation * self.correlation).sqrt();
         let mut white = |_| -> Image {
             std::array::from_fn(|pixel| {
                 let draw: f32 = StandardNormal.sample(random);
@@ -83,11 +83,11 @@ impl Unit {
         let mut noise = white(0);
         let picture = |index: usize| {
             let new = white(index);
-            if self.kept == 0.0 {
+            if self.correlation == 0.0 {
                 noise = new;
             } else {
                 for (noise, new) in noise.iter_mut().zip(&new) {
-                    *noise = self.kept * *noise + fresh * new;
+                    *noise = self.correlation * *noise + fresh * new;
                 }
             }
             let mut all = pattern;

@@ -1,7 +1,7 @@
-//! Recordings that could be: a scene within its laws.
+//! What simulated recordings draw: a scene within its laws.
 
 use crate::constants::OBJECTS_SD;
-use crate::decision::film::{Film, Image, add};
+use crate::decision::view::{Image, View, add};
 use crate::numbers::{count, single};
 use grideye_frame::PIXELS;
 use grideye_scene::Laws;
@@ -30,7 +30,7 @@ pub(crate) struct Drawn {
     /// How many times the contrast of the objects, if they are the subjects.
     objects: f32,
     /// How many standard deviations each uncertain number of the scene is off.
-    off: Vec<f32>,
+    numbers: Vec<f32>,
     lag_s: f64,
     /// For each person and picture, how many times each pixel of what it adds; once if empty.
     looks: Vec<Vec<Image>>,
@@ -43,9 +43,9 @@ pub(crate) struct World {
 }
 
 impl World {
-    pub(crate) fn new(drawn: Drawn, film: &mut Film) -> Self {
+    pub(crate) fn new(drawn: Drawn, view: &mut View) -> Self {
         Self {
-            shows: drawn.shown(film),
+            shows: drawn.shown(view),
             drawn,
         }
     }
@@ -76,12 +76,12 @@ fn wander<'a, const N: usize>(
 
 impl Drawn {
     /// Draws within the laws.
-    pub(crate) fn of(film: &Film, laws: &Laws, random: &mut ChaCha8Rng) -> Self {
-        let people = film.people.iter().zip(&laws.agents).map(|(walker, law)| {
+    pub(crate) fn of(view: &View, laws: &Laws, random: &mut ChaCha8Rng) -> Self {
+        let people = view.people.iter().zip(&laws.agents).map(|(walker, law)| {
             let contrast = single(normal(random, law.contrast_sd).exp());
             let aside_m = [(); 2].map(|()| normal(random, law.place_sd_m));
             let wander_m = if walker.moves { law.wander_sd_m } else { 0.0 };
-            let wander_m = wander(wander_m, law.wander_over_s, &film.times_s, random);
+            let wander_m = wander(wander_m, law.wander_over_s, &view.times_s, random);
             let places = wander_m.map(|[x, y]| [aside_m[0] + x, aside_m[1] + y]);
             let places = places.collect();
             (contrast, places)
@@ -90,7 +90,7 @@ impl Drawn {
         Self {
             people,
             objects: single(normal(random, OBJECTS_SD).exp()),
-            off: film
+            numbers: view
                 .responses
                 .iter()
                 .map(|_| single(normal(random, 1.0)))
@@ -104,12 +104,12 @@ impl Drawn {
     /// alternative are asked for likeness alone, a sum over many pixels and pictures.
     pub(crate) fn with_own_looks(
         mut self,
-        film: &Film,
+        view: &View,
         laws: &Laws,
         random: &mut ChaCha8Rng,
     ) -> Self {
         let looks = laws.agents.iter().map(|law| {
-            let more = wander(law.looks_sd, law.wander_over_s, &film.times_s, random);
+            let more = wander(law.looks_sd, law.wander_over_s, &view.times_s, random);
             more.map(|pixels| pixels.map(|more| single(1.0 + more)))
                 .collect()
         });
@@ -130,16 +130,16 @@ impl Drawn {
     /// Two worlds for a mean, each off its place as far as the other and the opposite way. What people wander by is part of
     /// where they are aside all the time: at each time the mean is the same, and so few worlds would leave a movement in it.
     /// With the scene's own contrast and numbers.
-    pub(crate) fn two_for_mean(film: &Film, laws: &Laws, random: &mut ChaCha8Rng) -> [Self; 2] {
+    pub(crate) fn two_for_mean(view: &View, laws: &Laws, random: &mut ChaCha8Rng) -> [Self; 2] {
         let mut steady = laws.clone();
-        for (walker, law) in film.people.iter().zip(&mut steady.agents) {
+        for (walker, law) in view.people.iter().zip(&mut steady.agents) {
             let wander_sd_m = if walker.moves { law.wander_sd_m } else { 0.0 };
             law.place_sd_m = law.place_sd_m.hypot(wander_sd_m);
             (law.wander_sd_m, law.contrast_sd) = (0.0, 0.0);
         }
-        let mut one = Self::of(film, &steady, random);
+        let mut one = Self::of(view, &steady, random);
         one.objects = 1.0;
-        one.off.clear();
+        one.numbers.clear();
         let mut other = one.clone();
         other.lag_s *= -1.0;
         let places = other.people.iter_mut().flat_map(|(_, places)| places);
@@ -150,7 +150,7 @@ impl Drawn {
     /// The same world if a law were known.
     pub(crate) fn knowing(mut self, law: Law) -> Self {
         match law {
-            Law::Number(number) => self.off[number] = 0.0,
+            Law::Number(number) => self.numbers[number] = 0.0,
             Law::Contrast(person) => self.people[person].0 = 1.0,
             // What a person is aside all the time is nearly the mean of what it is aside.
             Law::Aside(person) | Law::Wander(person) => {
@@ -176,37 +176,37 @@ impl Drawn {
     }
 
     /// How much warmer than the scene's its room is, with nobody and nothing warm in it.
-    pub(crate) fn empty(&self, film: &Film) -> Vec<Image> {
-        let mut all = vec![[0.0; PIXELS]; film.len()];
-        let responses = film.responses.iter().filter(|_| film.objects.is_none());
-        for (response, off) in responses.zip(&self.off) {
+    pub(crate) fn empty(&self, view: &View) -> Vec<Image> {
+        let mut all = vec![[0.0; PIXELS]; view.len()];
+        let responses = view.responses.iter().filter(|_| view.objects.is_none());
+        for (response, sds) in responses.zip(&self.numbers) {
             for (index, image) in all.iter_mut().enumerate() {
-                response.room.add_to(image, index, *off);
+                response.room.add_to(image, index, *sds);
             }
         }
         all
     }
 
     /// What is seen beyond the room, without noise.
-    pub(crate) fn shown(&self, film: &mut Film) -> Vec<Image> {
-        self.without_hidden(film, |_, _| false)
+    pub(crate) fn shown(&self, view: &mut View) -> Vec<Image> {
+        self.without_hidden(view, |_, _| false)
     }
 
     /// The same without the people who are hidden in a picture.
     pub(crate) fn without_hidden(
         &self,
-        film: &mut Film,
+        view: &mut View,
         is_hidden: impl Fn(usize, usize) -> bool,
     ) -> Vec<Image> {
-        let (objects, people) = (&film.objects, &mut film.people);
-        let responses = &film.responses;
+        let (objects, people) = (&view.objects, &mut view.people);
+        let responses = &view.responses;
         let picture = |index: usize| {
             let mut image = [0.0; PIXELS];
             if let Some(objects) = objects {
                 add(&mut image, &objects[index], self.objects);
             }
-            for (response, off) in responses.iter().zip(&self.off) {
-                response.whole.add_to(&mut image, index, *off);
+            for (response, sds) in responses.iter().zip(&self.numbers) {
+                response.whole.add_to(&mut image, index, *sds);
             }
             for (number, (walker, (contrast, places))) in
                 people.iter_mut().zip(&self.people).enumerate()
@@ -223,8 +223,8 @@ impl Drawn {
             }
             image
         };
-        let all: Vec<Image> = (0..film.times_s.len()).map(picture).collect();
-        later(&all, &film.times_s, self.lag_s)
+        let all: Vec<Image> = (0..view.times_s.len()).map(picture).collect();
+        later(&all, &view.times_s, self.lag_s)
     }
 }
 

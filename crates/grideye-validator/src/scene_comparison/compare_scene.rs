@@ -9,7 +9,7 @@ use crate::align::{
 };
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
-use crate::decision::{Alternative, Decision, Film, How, Image, Recording, Rendered, decide};
+use crate::decision::{Alternative, Decision, How, Image, Recording, Rendered, View, decide};
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
@@ -172,22 +172,22 @@ fn decided(
     recording.unit.open = open;
     let before = std::mem::take(rendered);
     let of = (scene, sensor);
-    let mut film = Film::after(before, of, &recording.times_s, recording.within_s)?;
+    let mut view = View::after(before, of, &recording.times_s, recording.within_s)?;
     let right_min = options.thresholds.right_min;
     let how = How {
         right_min,
         is_brief: false,
         is_stopped: options.is_stopped,
     };
-    let decision = decide(&mut film, &recording, &laws, how).ok_or(ValidatorError::Stopped)?;
+    let decision = decide(&mut view, &recording, &laws, how).ok_or(ValidatorError::Stopped)?;
     let level_max_c = unit.map_or(options.thresholds.offset_max_c, |unit| {
         unit.level_c(&options.thresholds)
     });
     // Where nobody is, no change of the scene's people is the cause.
-    let asks = film.level_c(&recording.pictures).abs() > level_max_c
+    let asks = view.level_c(&recording.pictures).abs() > level_max_c
         || decision.is_refused(right_min) && !decision.is_empty;
     if !(options.advises && asks) {
-        *rendered = film.into_rendered();
+        *rendered = view.into_rendered();
         return Ok((decision, None));
     }
     let compared = Compared {
@@ -203,7 +203,7 @@ fn decided(
         level_max_c,
         contrasts: decision.contrasts.iter().map(|one| one.found).collect(),
     };
-    let remedy = remedy(&compared, film, rendered)?;
+    let remedy = remedy(&compared, view, rendered)?;
     Ok((decision, remedy))
 }
 

@@ -1,7 +1,7 @@
 //! What a scene leaves open of its room where it has no law: how the sensor is mounted, and how warm objects are.
 
 use crate::advice::change::{Change, Kind};
-use crate::decision::film::{Image, image, less};
+use crate::decision::view::{Image, image, less};
 use grideye_scene::{Scene, SceneError, Simulator};
 use std::time::Duration;
 
@@ -50,8 +50,8 @@ pub(crate) fn mounting(
             let mut change = Change::NONE;
             (change.kind, change.of, change.by) = (kind, of, by.map(|by| sign * by));
             // Above the ceiling there is no sensor.
-            let claimed = change.claimed(&room, sensor);
-            let changed = claimed.map_or_else(|| room.clone(), |claimed| claimed.0);
+            let applied = change.applied(&room, sensor);
+            let changed = applied.map_or_else(|| room.clone(), |applied| applied.0);
             let simulator = Simulator::new(&changed, sensor)?;
             Ok(image(&simulator.image(time).celsius))
         };

@@ -33,7 +33,7 @@ const PLACES_MAX: usize = 50_000;
 const STILL_S: f64 = 0.35;
 
 /// A scene at the times of a recording's pictures, without noise.
-pub(crate) struct Film {
+pub(crate) struct View {
     pub(crate) times_s: Vec<f64>,
     /// The scene without its subjects.
     pub(crate) room: Vec<Image>,
@@ -98,7 +98,7 @@ struct Atlas {
     seen: Places,
 }
 
-impl Film {
+impl View {
     /// Renders the scene at these times, each picture the mean over `within_s`, after another of the same scene and sensor.
     pub(crate) fn after(
         mut rendered: Rendered,
@@ -159,7 +159,7 @@ impl Film {
         } else {
             (room, None)
         };
-        let mut film = Self {
+        let mut view = Self {
             times_s: times_s.to_vec(),
             room,
             people,
@@ -167,9 +167,9 @@ impl Film {
             responses: Vec::new(),
             rendered: Rendered::default(),
         };
-        film.lean(scene, other)?;
-        film.rendered = rendered;
-        Ok(film)
+        view.lean(scene, other)?;
+        view.rendered = rendered;
+        Ok(view)
     }
 
     /// What was rendered, for the next.
