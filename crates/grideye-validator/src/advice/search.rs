@@ -4,7 +4,9 @@ use crate::advice::change::{Change, Compared, DELAY_MAX_S, Kind, ROWS, Row, WITH
 use crate::align::Orientation;
 use crate::constants::OBJECTS_SD;
 use crate::decision::template::{NoiseModel, centered};
-use crate::decision::view::{Image, Rendered, View, add, image, less, moment, turned};
+use crate::decision::view::{
+    Image, Rendered, View, add, each_less, image, less, levels_c, moment, turned,
+};
 use crate::numbers::{count, evenly, index, median, single, whole};
 use grideye_frame::PIXELS;
 use grideye_scene::{Scene, SceneError, Simulator};
@@ -235,7 +237,7 @@ impl<'a> Search<'a> {
             }
             // Noise is of the same unit.
             left /= f64::from(scale * scale);
-            let level_c = level_c(&beyond);
+            let level_c = median(&levels_c(&beyond)).unwrap_or(0.0);
             left += (LEVEL_SDS * level_c / self.compared.level_max_c).powi(2);
             self.tried.push(Tried {
                 turned: *turned,
@@ -345,13 +347,8 @@ impl<'a> Search<'a> {
                 looks.push(walker.standing([middle[0] + by_m[0], middle[1] + by_m[1]], 0));
             }
         }
-        let rest = self.pictures[0]
-            .1
-            .iter()
-            .zip(shown.room.iter().zip(&shown.subject));
-        let rest: Vec<Image> = rest
-            .map(|(seen, (room, subject))| less(&less(seen, room), subject))
-            .collect();
+        let rest = each_less(&self.pictures[0].1, &shown.room);
+        let rest = each_less(&rest, &shown.subject);
         let path = path(&self.gains(&rest, &looks), MORE_COST);
         let moves = path.windows(2).filter(|pair| pair[0] != pair[1]).count();
         shown.cost = MORE_COST * count(1 + moves);
@@ -427,15 +424,8 @@ fn rendered(scene: &Scene, simulator: &Simulator, times_s: &[f64]) -> (Vec<Image
     if scene.agents().is_empty() {
         return (vec![[0.0; PIXELS]; times_s.len()], room);
     }
-    let all = times_s
-        .iter()
-        .map(|time_s| image(&simulator.image(moment(*time_s)).celsius));
-    let subject = all.zip(&room).map(|(all, room)| less(&all, room)).collect();
+    let all = times_s.iter();
+    let all = all.map(|time_s| image(&simulator.image(moment(*time_s)).celsius));
+    let subject = each_less(&all.collect::<Vec<Image>>(), &room);
     (room, subject)
-}
-
-/// The level of a film as most of its pixels say, °C.
-fn level_c(film: &[Image]) -> f64 {
-    let middle = |image: &Image| median(&image.map(f64::from)).unwrap_or(0.0);
-    median(&film.iter().map(middle).collect::<Vec<f64>>()).unwrap_or(0.0)
 }

@@ -4,7 +4,7 @@ use crate::constants::{ALIKE_SDS, CLEAR_C, PRIOR, QUARTER_M};
 use crate::decision::alternative::{Alternative, PEOPLE_MOST};
 use crate::decision::displaced::Displaced;
 use crate::decision::template::{NoiseModel, Template, centered, mean};
-use crate::decision::view::{Image, View, add, less};
+use crate::decision::view::{Image, View, add, each_less};
 use crate::decision::world::{World, later};
 use crate::linear::{self, Matrix, cholesky};
 use crate::numbers::{count, median, single};
@@ -177,10 +177,7 @@ impl<'a> Builder<'a> {
                 let other = self.mean(view, |view, world| {
                     world.drawn.clone().moved(person, by_m).shown(view)
                 });
-                let pairs = self.shown.iter().zip(&other);
-                pairs
-                    .map(|(shown, other)| less(shown, other))
-                    .collect::<Vec<Image>>()
+                each_less(&self.shown, &other)
             });
             let middle = median(&[&right, &left, &up, &down].map(|apart| {
                 let template = self.noise.template(apart);
@@ -192,11 +189,10 @@ impl<'a> Builder<'a> {
                 least = least.min(middle);
             }
             let meter = |before: &[Image], after: &[Image]| -> Vec<Image> {
-                let pairs = before.iter().zip(after);
-                pairs
-                    .map(|(before, after)| {
-                        less(before, after).map(|celsius| celsius / single(2.0 * QUARTER_M))
-                    })
+                let apart = each_less(before, after).into_iter();
+                let meters = single(2.0 * QUARTER_M);
+                apart
+                    .map(|image| image.map(|celsius| celsius / meters))
                     .collect()
             };
             by_meter.push([meter(&left, &right), meter(&down, &up)]);
@@ -210,10 +206,8 @@ impl<'a> Builder<'a> {
     pub(super) fn hypothesis(&mut self, view: &mut View, what: Alternative) -> Hypothesis {
         let other = self.mean(view, |view, world| what.shown(view, world));
         let rooms_apart = what.rooms_apart(view);
-        let pairs = self.shown.iter().zip(other.iter().zip(&rooms_apart));
         // Without what the rooms differ by, which is no warmer if the subjects are.
-        let apart = pairs.map(|(shown, (other, rooms))| less(&less(shown, other), rooms));
-        let apart: Vec<Image> = apart.collect();
+        let apart = each_less(&each_less(&self.shown, &other), &rooms_apart);
         let seen = match &self.displaced {
             Some(displaced) if what.comes_or_goes() => displaced.unexplained(&apart, self.noise),
             _ => apart.clone(),

@@ -6,7 +6,7 @@ use crate::decision::model::{Model, Statistics};
 use crate::decision::recording::{Recording, fill};
 use crate::decision::spread::{Spread, Statistic, is_outside, one_in_a_hundred};
 use crate::decision::template::mean;
-use crate::decision::view::{Image, View, add};
+use crate::decision::view::{Image, View, add, each_less};
 use crate::decision::world::{Drawn, Law, World};
 use crate::names::named;
 use crate::numbers::{count, single};
@@ -319,7 +319,7 @@ impl<'a> Worlds<'a> {
     ) -> Self {
         // Any seed will do, but the same recording always gets the same verdict.
         let mut random = ChaCha8Rng::seed_from_u64(0x0064_6563_6964_6500);
-        let mut seen = view.beyond_room(&recording.pictures);
+        let mut seen = each_less(&recording.pictures, &view.room);
         fill(&mut seen, &recording.missing);
         Self {
             seen,

@@ -128,13 +128,9 @@ impl View {
                 1 => room.clone(),
                 _ => other(&scene.without_agent(number))?,
             };
-            let adds = with
-                .iter()
-                .zip(&without)
-                .map(|(with, without)| less(with, without));
             people.push(Walker {
                 name: agent.name.clone(),
-                adds: adds.collect(),
+                adds: each_less(&with, &without),
                 places: times_s.iter().map(|time_s| place(agent, *time_s)).collect(),
                 moves: !agent.duration().is_zero(),
                 here: vec![None; times_s.len()],
@@ -261,19 +257,12 @@ impl View {
         }
     }
 
-    /// Pictures less those of the room.
-    pub(crate) fn beyond_room(&self, pictures: &[Image]) -> Vec<Image> {
-        let pairs = pictures.iter().zip(&self.room);
-        pairs.map(|(seen, room)| less(seen, room)).collect()
-    }
-
     /// How much warmer each picture is than the scene, °C, as most of its pixels say.
     fn levels_c(&self, pictures: &[Image]) -> Vec<f64> {
-        let beyond = self.beyond_room(pictures);
-        let pairs = beyond.iter().zip(self.subjects());
-        let level =
-            |(seen, subjects): (&Image, Image)| median(&less(seen, &subjects).map(f64::from));
-        pairs.map(|pair| level(pair).unwrap_or(0.0)).collect()
+        levels_c(&each_less(
+            &each_less(pictures, &self.room),
+            &self.subjects(),
+        ))
     }
 
     /// How much warmer a recording is than the scene, °C.
@@ -522,6 +511,17 @@ pub(crate) fn add(image: &mut Image, other: &Image, share: f32) {
 
 pub(crate) fn less(with: &Image, without: &Image) -> Image {
     std::array::from_fn(|pixel| with[pixel] - without[pixel])
+}
+
+pub(crate) fn each_less(with: &[Image], without: &[Image]) -> Vec<Image> {
+    let pairs = with.iter().zip(without);
+    pairs.map(|(with, without)| less(with, without)).collect()
+}
+
+/// The level of each image as most of its pixels say, °C.
+pub(crate) fn levels_c(images: &[Image]) -> Vec<f64> {
+    let middle = |image: &Image| median(&image.map(f64::from)).unwrap_or(0.0);
+    images.iter().map(middle).collect()
 }
 
 pub(crate) fn turned(images: &[Image], orientation: Orientation) -> Vec<Image> {
