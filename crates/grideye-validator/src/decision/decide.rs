@@ -92,7 +92,7 @@ const OF_ALTERNATIVE: usize = 100;
 const OF_NEAR: usize = 400;
 /// Of those, as many are looked at: the most like the scene.
 const LOOKED_AT: usize = 60;
-/// Pictures of worlds that are kept for all alternatives: 51 megabytes.
+/// Pictures of worlds that are kept for all alternatives: 51 megabytes, and as many of the looks of each person.
 const PICTURES_KEPT: usize = 200_000;
 /// Alternatives that are asked which law is too wide to tell them apart: as many as are named.
 const UNTOLD_MOST: usize = 3;
@@ -340,7 +340,6 @@ impl<'a> Worlds<'a> {
                 return None;
             }
             let drawn = Drawn::of(self.view, self.laws, &mut self.random);
-            let drawn = drawn.with_own_looks(self.view, self.laws, &mut self.random);
             let shown = drawn.shown(self.view);
             let unit = &self.recording.unit;
             let error = unit.errors(self.view.len(), &mut self.random);

@@ -87,7 +87,7 @@ impl Drawn {
             (contrast, places)
         });
         let people = people.collect();
-        Self {
+        let mut drawn = Self {
             people,
             objects: single(normal(random, OBJECTS_SD).exp()),
             numbers: view
@@ -97,24 +97,13 @@ impl Drawn {
                 .collect(),
             lag_s: normal(random, laws.lag_sd_s),
             looks: Vec::new(),
-        }
-    }
-
-    /// The same world with people who look otherwise than their models, pixel by pixel. Right worlds are: worlds of an
-    /// alternative are asked for likeness alone, a sum over many pixels and pictures.
-    pub(crate) fn with_own_looks(
-        mut self,
-        view: &View,
-        laws: &Laws,
-        random: &mut ChaCha8Rng,
-    ) -> Self {
-        let looks = laws.agents.iter().map(|law| {
+        };
+        for law in laws.agents.iter().filter(|law| law.looks_sd > 0.0) {
             let more = wander(law.looks_sd, law.wander_over_s, &view.times_s, random);
-            more.map(|pixels| pixels.map(|more| single(1.0 + more)))
-                .collect()
-        });
-        self.looks = looks.collect();
-        self
+            let looks = more.map(|pixels| pixels.map(|more| single(1.0 + more)));
+            drawn.looks.push(looks.collect());
+        }
+        drawn
     }
 
     /// The same world with one of its people further aside.
@@ -135,7 +124,7 @@ impl Drawn {
         for (walker, law) in view.people.iter().zip(&mut steady.agents) {
             let wander_sd_m = if walker.moves { law.wander_sd_m } else { 0.0 };
             law.place_sd_m = law.place_sd_m.hypot(wander_sd_m);
-            (law.wander_sd_m, law.contrast_sd) = (0.0, 0.0);
+            (law.wander_sd_m, law.contrast_sd, law.looks_sd) = (0.0, 0.0, 0.0);
         }
         let mut one = Self::of(view, &steady, random);
         one.objects = 1.0;
