@@ -119,6 +119,9 @@ pub(crate) const LIKENESS_LEAST: f64 = -20.0;
 pub(crate) const ABSENT: f64 = 0.2;
 /// Likeness below which a recording looks more like an alternative than like the scene.
 pub(crate) const LIKE_MIN: f64 = 0.3;
+/// Share of what the scene's subjects show, as a square, from which on somebody is there: of the default law of contrast, all
+/// but 4 % of people show more.
+pub(crate) const FAINT: f64 = 0.3;
 /// Standard deviation of the logarithm of the contrast of objects, in a scene without people.
 pub(crate) const OBJECTS_SD: f64 = 0.2;
 /// Warmth that the scene lacks or has too much is sought in stretches of this length, seconds: the shortest time that somebody

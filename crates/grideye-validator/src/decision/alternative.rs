@@ -2,7 +2,7 @@
 
 use crate::align::Orientation;
 use crate::constants::{ASIDE_M, LATE_S, PART_S, PARTS, SHOWN_MIN};
-use crate::decision::view::{Image, PIXEL_COUNT, View, add, less};
+use crate::decision::view::{Image, PIXEL_COUNT, View, add, each_less, less, turned};
 use crate::decision::world::World;
 use crate::numbers::count;
 use grideye_draw::text::fixed;
@@ -141,12 +141,7 @@ impl Alternative {
     /// By how much the scene's room is warmer than this one.
     pub(crate) fn rooms_apart(&self, view: &View) -> Vec<Image> {
         match self {
-            Self::Turned(orientation) => {
-                let rooms = view.room.iter();
-                rooms
-                    .map(|room| less(room, &orientation.apply(room)))
-                    .collect()
-            }
+            Self::Turned(orientation) => each_less(&view.room, &turned(&view.room, *orientation)),
             _ => vec![[0.0; PIXELS]; view.len()],
         }
     }

@@ -16,7 +16,7 @@ pub(super) const FOR_MEAN: usize = 24;
 
 /// Normal equations of the subjects' contrasts.
 pub(super) struct Equations {
-    products: Matrix,
+    pub(super) products: Matrix,
     /// Cholesky factor of the products and the prior; empty if they are not positive.
     lower: Matrix,
 }
@@ -24,11 +24,10 @@ pub(super) struct Equations {
 /// An alternative as a template: the scene less this difference, which is as warm as one subject or as all.
 pub(crate) struct Hypothesis {
     pub(crate) what: Alternative,
-    pub(super) subject: Option<usize>,
     /// By delay: the difference of the subjects, and its products.
     pub(super) difference: Vec<(Template, Products)>,
     /// The difference of the rooms, if there is one, and by delay its products with each subject.
-    pub(super) rooms: Option<(Template, Vec<Vec<f64>>)>,
+    pub(super) rooms: Option<(Vec<Vec<f64>>, Template)>,
     /// Whether it differs from the scene by less than noise, or than a person [`QUARTER_M`] aside: a symmetric scene is the
     /// scene, however well it is known. One more person is not if any unit may hide them.
     pub(crate) is_alike: bool,
@@ -54,11 +53,6 @@ impl Equations {
         }
     }
 
-    /// Product of all subjects together with themselves.
-    pub(super) fn square(&self) -> f64 {
-        self.products.iter().flatten().sum()
-    }
-
     pub(super) fn solve(&self, products: &[f64]) -> Vec<f64> {
         if self.lower.is_empty() {
             return vec![1.0; products.len()];
@@ -74,7 +68,7 @@ pub(super) struct Builder<'a> {
     worlds: &'a [World],
     lags_s: &'a [f64],
     /// All subjects.
-    shown: Vec<Image>,
+    pub(super) shown: Vec<Image>,
     /// By delay and subject.
     pub(super) pictures: Vec<Vec<Vec<Image>>>,
     /// By subject and delay.
@@ -246,13 +240,11 @@ impl<'a> Builder<'a> {
             _ => square < ALIKE_SDS * ALIKE_SDS,
         };
         Hypothesis {
-            subject: what.person(),
             is_alike,
             rooms: (rooms_template.square > 0.0).then(|| {
-                let all = self.pictures.iter();
-                let with = all.map(|pictures| products(&rooms_template, pictures));
-                let with = with.collect();
-                (rooms_template, with)
+                let with = self.pictures.iter();
+                let with = with.map(|pictures| products(&rooms_template, pictures));
+                (with.collect(), rooms_template)
             }),
             difference,
             what,

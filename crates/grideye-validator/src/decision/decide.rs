@@ -1,6 +1,6 @@
 //! From simulated recordings, or worlds, to a decision.
 
-use crate::constants::{ABSENT, CLEAR_POWER};
+use crate::constants::{ABSENT, CLEAR_POWER, FAINT};
 use crate::decision::alternative::Alternative;
 use crate::decision::model::{Model, Statistics};
 use crate::decision::recording::{Recording, fill};
@@ -39,7 +39,7 @@ pub struct Decision {
     /// The law that keeps these from being told apart most: its key, and its standard deviation.
     #[serde(skip)]
     pub(crate) too_wide: Option<(Law, String)>,
-    /// Whether it shows nothing but the room and noise, as far as can be told.
+    /// Whether it shows nothing but the room and noise, as far as can be told; of a refused one, also that nobody is elsewhere.
     pub is_empty: bool,
     /// How far the level of all pixels runs away from the scene's, beyond the slow drift that was removed, °C.
     pub drift_c: f64,
@@ -159,11 +159,10 @@ impl Alternatively {
     /// What a recording of this likeness says of it.
     fn finding_of(&self, likeness: f64) -> Finding {
         let is_clear = self.of.keeps_people() && self.power > CLEAR_POWER;
+        let is_exempt = self.is_alike && !is_clear;
         match (&self.of, likeness > self.limit) {
-            (_, is_unlike) if !self.is_alike || is_clear => match is_unlike {
-                true => Finding::Excluded,
-                false => Finding::Open,
-            },
+            (_, true) if !is_exempt => Finding::Excluded,
+            (_, false) if !is_exempt => Finding::Open,
             // A scene that shows nothing is no other than nobody.
             (Alternative::Nobody, _) => Finding::Open,
             // Who is one more may be excluded although any unit could hide them.
@@ -261,11 +260,14 @@ pub(crate) fn decide(
         .iter()
         .find(|one| one.of == Alternative::Nobody);
     let is_empty = nobody.is_some_and(|one| one.finding() != Finding::Excluded)
-        && worlds.shows_only_the_room();
+        && worlds.shows_only_the_room(right.refuses(&found));
     let (model, view) = (&worlds.model, &worlds.view);
     let spread = &right.spread;
     let worst = match is_empty {
-        true => nobody_is_there(view).to_owned(),
+        true if view.people.is_empty() => {
+            "nothing warm is there, only the room and noise".to_owned()
+        }
+        true => "nobody is there, only the room and noise".to_owned(),
         false => spread.worst(&found, model, view),
     };
     let contrasts = found.contrasts.iter().zip(spread.contrasts(&found));
@@ -498,16 +500,27 @@ impl<'a> Worlds<'a> {
         all
     }
 
-    /// Whether all that is warm in it, anywhere and at any time, is hardly more than noise.
-    fn shows_only_the_room(&mut self) -> bool {
+    /// Whether all that is warm in it, anywhere and at any time, is hardly more than noise; if it is no recording of the scene,
+    /// only where somebody elsewhere would be more.
+    fn shows_only_the_room(&mut self, is_refused: bool) -> bool {
         let empty = (0..OF_ALTERNATIVE).map(|index| {
             let world = self.world_of(&Alternative::Nobody, index);
-            self.model.square(&world)
+            self.model.noise.squares(&world)
         });
-        let empty = sorted(empty.collect());
-        let most = one_in_a_hundred(&empty, f64::NEG_INFINITY, OF_ALTERNATIVE);
-        let subjects = self.model.subjects();
-        self.model.square(&self.seen) <= most + ABSENT * subjects
+        let empty: Vec<[f64; 2]> = empty.collect();
+        let seen = self.model.noise.squares(&self.seen);
+        // What changes is much more than the mean picture, and would hide who stands.
+        let parts = [0, 1].map(|part| {
+            let of_noise = sorted(empty.iter().map(|squares| squares[part]).collect());
+            let subjects = self.model.squares[part];
+            let most = one_in_a_hundred(&of_noise, f64::NEG_INFINITY, OF_ALTERNATIVE);
+            let faint = most + FAINT * subjects;
+            (
+                seen[part] <= faint,
+                of_noise[OF_ALTERNATIVE / 2] + subjects > faint,
+            )
+        });
+        parts.iter().all(|part| part.0) && (!is_refused || parts.iter().any(|part| part.1))
     }
 
     /// What is recorded of what is shown.
@@ -533,13 +546,6 @@ impl<'a> Worlds<'a> {
         // Most offsets are not refused: one too many that agree is enough to know.
         let most = number / 10;
         agreed.take(most + 1).count() <= most
-    }
-}
-
-fn nobody_is_there(view: &View) -> &'static str {
-    match view.people.is_empty() {
-        true => "nothing warm is there, only the room and noise",
-        false => "nobody is there, only the room and noise",
     }
 }
 

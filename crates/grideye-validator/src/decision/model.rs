@@ -24,7 +24,9 @@ pub(crate) const BLOCKS: usize = (ROWS - 1) * ACROSS;
 
 /// The scene and its alternatives as templates, which recordings are held against: all less the scene's room.
 pub(crate) struct Model {
-    noise: NoiseModel,
+    pub(crate) noise: NoiseModel,
+    /// `W` of what all subjects show: of what changes, and of the mean picture.
+    pub(crate) squares: [f64; 2],
     /// What each person adds, or the objects, by delay.
     subjects: Vec<Vec<Template>>,
     /// By delay: how they lie to each other and to the room.
@@ -89,6 +91,7 @@ impl Model {
         let centered_all =
             |all: Vec<Vec<Image>>| all.iter().map(|pictures| centered(pictures)).collect();
         Self {
+            squares: noise.squares(&builder.shown),
             pictures: builder.pictures.into_iter().map(centered_all).collect(),
             displaced: builder.displaced,
             own_share: noise.own_share(view.len()),
@@ -103,13 +106,7 @@ impl Model {
 
     fn fit(&self, recording: &[Image]) -> Fit {
         let fits = (0..self.lags_s.len()).map(|lag| self.fit_at(recording, lag));
-        let best = fits.reduce(|best, fit| {
-            if fit.explained > best.explained {
-                fit
-            } else {
-                best
-            }
-        });
+        let best = fits.max_by(|a, b| a.explained.total_cmp(&b.explained));
         best.unwrap_or_default()
     }
 
@@ -123,9 +120,10 @@ impl Model {
         let contrasts = equations.solve(&products);
         let explained = contrasts.iter().zip(&products);
         let all: f64 = products.iter().sum();
+        let square: f64 = equations.products.iter().flatten().sum();
         Fit {
             lag,
-            contrast: (all + PRIOR) / (equations.square() + PRIOR),
+            contrast: (all + PRIOR) / (square + PRIOR),
             explained: explained
                 .map(|(contrast, product)| contrast * product)
                 .sum(),
@@ -138,11 +136,10 @@ impl Model {
         /// Noise adds more in one of a hundred recordings.
         const NOISE_SDS: f64 = 2.326;
         let (difference, products) = &hypothesis.difference[fit.lag];
-        let s = hypothesis
-            .subject
-            .map_or(fit.contrast, |subject| fit.contrasts[subject]);
+        let subject = hypothesis.what.person();
+        let s = subject.map_or(fit.contrast, |subject| fit.contrasts[subject]);
         let rooms = hypothesis.rooms.as_ref();
-        let own_square = rooms.map_or(0.0, |(template, _)| template.square);
+        let own_square = rooms.map_or(0.0, |(_, template)| template.square);
         let square = own_square + s * (2.0 * products.rooms + s * products.whole);
         if s <= 0.0 || square <= 0.0 {
             return f64::from(f32::MIN);
@@ -152,7 +149,7 @@ impl Model {
             subjects.map(|(contrast, product)| contrast * product).sum()
         };
         let mut left = s * (difference.product(recording) - shown(&products.subjects));
-        if let Some((template, subjects)) = rooms {
+        if let Some((subjects, template)) = rooms {
             left += template.product(recording) - shown(&subjects[fit.lag]);
         }
         1.0 + left / square - NOISE_SDS / square.sqrt()
@@ -165,16 +162,6 @@ impl Model {
             recording,
             &self.fit(recording),
         )
-    }
-
-    /// `W` of what a recording shows.
-    pub(crate) fn square(&self, recording: &[Image]) -> f64 {
-        self.noise.square(recording)
-    }
-
-    /// `W` of what all subjects show, as the scene has them.
-    pub(crate) fn subjects(&self) -> f64 {
-        self.equations[self.lags_s.len() / 2].square()
     }
 
     pub(crate) fn of(&self, recording: &[Image]) -> Statistics {

@@ -62,20 +62,27 @@ impl NoiseModel {
         }
     }
 
-    /// `W` of a film with itself: of what changes, and of the mean picture.
+    /// `W` of a film with itself.
     pub(crate) fn square(&self, film: &[Image]) -> f64 {
+        self.squares(film).iter().sum()
+    }
+
+    /// The same of what changes, and of the mean picture.
+    pub(crate) fn squares(&self, film: &[Image]) -> [f64; 2] {
         let films = centered(film);
         let (mean, number) = (mean(&films), count(film.len()));
-        let of = |pixel: usize| {
+        let mut squares = [0.0; 2];
+        for pixel in 0..PIXELS {
             let changes = films
                 .iter()
                 .map(|image| f64::from(image[pixel]) - mean[pixel]);
             let moving: f64 = changes.map(|celsius| celsius * celsius).sum();
             let noise_c2 = self.noise_c2[pixel];
             let still = number * mean[pixel] * mean[pixel];
-            moving / noise_c2 + still / (noise_c2 + number * self.pattern_c2[pixel])
-        };
-        (0..PIXELS).map(of).sum()
+            squares[0] += moving / noise_c2;
+            squares[1] += still / (noise_c2 + number * self.pattern_c2[pixel]);
+        }
+        squares
     }
 
     /// Sum of squares of the steps from picture to picture, in units of the noise: what the noise is in this film.

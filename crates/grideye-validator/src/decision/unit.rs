@@ -83,12 +83,8 @@ impl Unit {
         let mut noise = white(0);
         let picture = |index: usize| {
             let new = white(index);
-            if self.correlation == 0.0 {
-                noise = new;
-            } else {
-                for (noise, new) in noise.iter_mut().zip(&new) {
-                    *noise = self.correlation * *noise + fresh * new;
-                }
+            for (noise, new) in noise.iter_mut().zip(&new) {
+                *noise = self.correlation * *noise + fresh * new;
             }
             let mut all = pattern;
             add(&mut all, &noise, 1.0);
