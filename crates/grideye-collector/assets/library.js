@@ -5,6 +5,8 @@ import { NoteField } from "./note.js";
 import { lengthOf, offer } from "./recordings.js";
 import { fieldsOf, minute, say } from "./words.js";
 
+const SURE = "Delete for good";
+
 export class Library {
   #section = document.querySelector("#recordings");
   #body = document.querySelector("#library");
@@ -47,6 +49,8 @@ export class Library {
     say(fields.gaps, recording.missing === 0 ? "none" : `${recording.missing.toLocaleString("en")} missing`);
     say(fields.sensors, recording.sensors.toLocaleString("en"));
     offer(fields, recording);
+    fields.remove.hidden = recording.running;
+    fields.remove.setAttribute("aria-label", `${fields.remove.textContent} recording ${recording.name}`);
     return row;
   }
 
@@ -54,6 +58,12 @@ export class Library {
     const row = this.#template.content.firstElementChild.cloneNode(true);
     const fields = fieldsOf(row);
     fields.stop.addEventListener("click", async () => complain(this.#trouble, await this.#recordings.stop(id)));
+    // The second click deletes: nothing brings a recording back.
+    fields.remove.addEventListener("click", async () => {
+      if (fields.remove.textContent === SURE) complain(this.#trouble, await this.#recordings.remove(id));
+      else say(fields.remove, SURE);
+    });
+    fields.remove.addEventListener("blur", () => say(fields.remove, "Delete"));
     return { row, fields, note: new NoteField(fields.note, this.#recordings, this.#trouble) };
   }
 }

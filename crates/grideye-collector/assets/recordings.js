@@ -54,6 +54,13 @@ export class Recordings {
     return answer.error;
   }
 
+  /** Deletes one for good; answers the error, if any. */
+  async remove(id) {
+    const answer = await ask(`/v1/recordings/${id}`, undefined, "DELETE");
+    await this.refresh();
+    return answer.error;
+  }
+
   /** Writes a note; answers the error, if any. */
   async note(id, note) {
     const answer = await ask(`/v1/recordings/${id}/note`, { note });

@@ -52,6 +52,8 @@ pub struct Limits {
     pub gaps_listed_max: usize,
     /// Recordings in the store. One more gets 507.
     pub recordings_max: usize,
+    /// A recording that was renewed once (`grideye record` does so) ends when it is not renewed for this long.
+    pub recording_lease: Duration,
     /// Characters of a recording's name.
     pub recording_name_chars_max: usize,
     /// Characters of a recording's note.
@@ -84,8 +86,6 @@ pub struct Limits {
     pub session_time_max: Duration,
     /// How soon a created or revoked token takes effect.
     pub tokens_reread_every: Duration,
-    /// JSON nesting depth of a small body. More gets 400. A body of frames nests as deep as its shape.
-    pub json_depth_max: usize,
     /// Minimum time between log events of one kind; those in between are counted.
     pub log_every: Duration,
     /// Rows in a file are sealed into segments once they have been stored this long.
@@ -136,6 +136,7 @@ impl Default for Limits {
             streams_max: 20_000,
             gaps_listed_max: 64,
             recordings_max: 10_000,
+            recording_lease: Duration::from_secs(300),
             recording_name_chars_max: 64,
             recording_note_chars_max: 500,
             labels_max: 10_000,
@@ -152,7 +153,6 @@ impl Default for Limits {
             unknown_peers_max: 4096,
             session_time_max: Duration::from_secs(12 * 3600),
             tokens_reread_every: Duration::from_secs(1),
-            json_depth_max: 8,
             log_every: Duration::from_secs(1),
             seal_after: Duration::from_secs(600),
             keep_for: None,

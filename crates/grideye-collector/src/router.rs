@@ -10,9 +10,9 @@ use crate::openapi;
 use crate::page::{assets, login};
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Path, Request};
-use axum::http::{Method, StatusCode, header};
+use axum::http::{HeaderValue, Method, StatusCode, Uri, header};
 use axum::middleware::{from_fn_with_state, map_response};
-use axum::response::{Json, Response};
+use axum::response::{IntoResponse as _, Json, Response};
 use axum::routing::{delete, get, post};
 use serde_json::json;
 use std::convert::Infallible;
@@ -111,7 +111,11 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Routes {
             "/v1/recordings",
             get(recordings::manage::list).post(recordings::manage::start),
         )
-        .route("/v1/recordings/{id}", get(recordings::manage::one))
+        .route(
+            "/v1/recordings/{id}",
+            get(recordings::manage::one).delete(recordings::manage::delete),
+        )
+        .route("/v1/recordings/{id}/renew", post(recordings::manage::renew))
         .route("/v1/recordings/{id}/stop", post(recordings::manage::stop))
         .route("/v1/recordings/{id}/note", post(recordings::manage::note))
         .route(
@@ -152,11 +156,18 @@ async fn unknown_path() -> Refusal {
         .hint("POST /v1/frames, GET /v1/sensors, /v1/devices, /v1/live, /v1/audit, /v1/recordings, /v1/health, /metrics, /healthz, and / for people")
 }
 
-async fn wrong_method() -> Refusal {
-    Refusal::new(
+async fn wrong_method(path: Uri) -> Response {
+    let mut response = Refusal::new(
         StatusCode::METHOD_NOT_ALLOWED,
         "wrong_method",
         "this path does not take that method",
     )
     .hint("the header `allow` lists the methods it takes")
+    .into_response();
+    // The route of a recording serves its files too, and they cannot be deleted.
+    if path.path().ends_with(".csv") || path.path().ends_with(".frames") {
+        let allow = HeaderValue::from_static("GET,HEAD");
+        response.headers_mut().insert(header::ALLOW, allow);
+    }
+    response
 }

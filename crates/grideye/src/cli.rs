@@ -22,7 +22,8 @@ use std::time::Duration;
 
 pub(crate) use access::{
     BridgeOptions, BrokerOptions, Collect, CollectorAddress, Enroll, Forget, LogFormat,
-    MqttCommand, MqttWhat, Scenes, TokenCommand, TokenList, TokenMake, TokenRevoke, TokenWhat,
+    MqttCommand, MqttWhat, Record, Scenes, TokenCommand, TokenList, TokenMake, TokenRevoke,
+    TokenWhat,
 };
 pub(crate) use align::Align;
 pub(crate) use coverage::Coverage;
@@ -213,23 +214,6 @@ pub(crate) struct Distinguish {
     /// Print JSON.
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-/// Record the frames that arrive at a running collector.
-///
-/// Example: grideye record empty-room --seconds 60 --out empty-room.csv
-#[derive(Debug, Args)]
-pub(crate) struct Record {
-    /// Name of the recording.
-    pub(crate) name: String,
-    /// Duration in seconds [default: until Ctrl-C].
-    #[arg(long, value_name = "N")]
-    pub(crate) seconds: Option<u64>,
-    /// Copy to write besides the one in the store.
-    #[arg(long, value_name = "FILE.csv")]
-    pub(crate) out: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) collector: CollectorAddress,
 }
 
 /// Find how a sensor is mounted from a hand at its left and top.

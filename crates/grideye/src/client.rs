@@ -113,6 +113,27 @@ impl Client {
         self.post(&format!("/v1/recordings/{id}/stop"), &json!({}))
     }
 
+    /// Keeps the collector from ending the recording as abandoned.
+    pub(crate) fn renew_recording(&self, id: i64) -> Result<Value> {
+        self.post(&format!("/v1/recordings/{id}/renew"), &json!({}))
+    }
+
+    pub(crate) fn recordings(&self) -> Result<Vec<Recording>> {
+        #[derive(Deserialize)]
+        struct All {
+            recordings: Vec<Recording>,
+        }
+        let path = "/v1/recordings";
+        let all: All = self.decoded(path, self.get(path)?)?;
+        Ok(all.recordings)
+    }
+
+    pub(crate) fn delete_recording(&self, id: i64) -> Result<()> {
+        let path = format!("/v1/recordings/{id}");
+        let request = self.signed(self.agent.delete(self.url(&path)));
+        self.checked(&path, request.call()).map(drop)
+    }
+
     pub(crate) fn audit(&self) -> Result<Accounts> {
         let path = "/v1/audit";
         self.decoded(path, self.get(path)?)

@@ -172,6 +172,11 @@ fn the_other_commands_need_the_token_and_the_authority_and_say_so() {
         recorded.stdout.contains("recorded 0 frames"),
         "{recorded:?}"
     );
+    let deleted = site.client("record", &["evening", "--delete"]);
+    assert_eq!(deleted.code, 0, "{deleted:?}");
+    let again = site.client("record", &["evening", "--delete"]);
+    assert_eq!(again.code, 2, "{again:?}");
+    assert!(again.stderr.contains("no recording named"), "{again:?}");
 }
 
 #[test]

@@ -469,6 +469,31 @@ fn what_cannot_be_played_says_why() -> Outcome {
 }
 
 #[test]
+fn a_recording_is_deleted_by_the_second_click_on_its_button() -> Outcome {
+    if left_out("a_recording_is_deleted_by_the_second_click_on_its_button") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    let posts = [measured("s1", 0, 0, &marked_frames(0..3)?)];
+    record(&server, "attic", &posts)?;
+    browser.open(&server.url("/#recordings"))?;
+    let button = "#library [data-field=remove]";
+    browser.wait_for_text(button, |text| text == "Delete")?;
+    browser.click(button)?;
+    browser.wait_for_text(button, |text| text == "Delete for good")?;
+    // Whoever looks elsewhere has not decided.
+    browser.execute("document.activeElement.blur()")?;
+    browser.wait_for_text(button, |text| text == "Delete")?;
+    browser.click(button)?;
+    browser.wait_for_text(button, |text| text == "Delete for good")?;
+    assert_eq!(server.get("/v1/recordings/1")?["name"], "attic");
+    browser.click(button)?;
+    browser.wait_for_text("#recordings", |text| text.contains("No recordings yet"))?;
+    assert_eq!(server.get("/v1/recordings")?["recordings"], json!([]));
+    assert_quiet(&browser, "")
+}
+
+#[test]
 fn recordings_fit_a_telephone_and_a_wall_in_light_and_dark() -> Outcome {
     if left_out("recordings_fit_a_telephone_and_a_wall_in_light_and_dark") {
         return Ok(());

@@ -13,7 +13,7 @@ use std::future::poll_fn;
 use std::pin::pin;
 use std::task::Poll;
 
-/// Reads a small body that is one JSON object with only these fields, within limits of time, size and depth.
+/// Reads a small body that is one JSON object with only these fields, within limits of time and size.
 pub(crate) async fn read_object(
     state: &AppState,
     request: Request,
@@ -25,7 +25,7 @@ pub(crate) async fn read_object(
     let body = request.into_body();
     let body = collect(body, limits.small_body_bytes_max, |_bytes| Ok(()));
     let body = in_body_time(limits, body).await?;
-    object(&body, limits.json_depth_max, fields, hint)
+    object(&body, fields, hint)
 }
 
 /// The body, or a rejection because it comes too slowly.
@@ -123,23 +123,13 @@ pub(crate) fn too_large(bytes_max: usize) -> Refusal {
         .hint("send less at once; nothing of this request was stored")
 }
 
-/// The body as an object that has only these fields and nests at most `depth_max` deep.
-fn object(
-    body: &[u8],
-    depth_max: usize,
-    fields: &[&str],
-    hint: &str,
-) -> Result<Map<String, Value>, Refusal> {
-    let bad = |code, what| {
-        let refusal = Refusal::new(StatusCode::BAD_REQUEST, code, what);
+/// The body as an object that has only these fields. It nests at most 128 deep, which is the parser's limit.
+fn object(body: &[u8], fields: &[&str], hint: &str) -> Result<Map<String, Value>, Refusal> {
+    let json: Value = serde_json::from_slice(body).map_err(|error| {
+        let what = format!("the body is not JSON: {error}");
+        let refusal = Refusal::new(StatusCode::BAD_REQUEST, "not_json", what);
         refusal.field("body").hint(hint)
-    };
-    if depth(body) > depth_max {
-        let what = format!("the body nests more than {depth_max} deep");
-        return Err(bad("too_deep", what));
-    }
-    let json: Value = serde_json::from_slice(body)
-        .map_err(|error| bad("not_json", format!("the body is not JSON: {error}")))?;
+    })?;
     let names = fields.join(", ");
     let Value::Object(object) = json else {
         let what = format!("expected an object with {names}");
@@ -152,51 +142,4 @@ fn object(
     let shown: String = unknown.chars().take(64).collect();
     let what = format!("unknown field {shown:?}; expected only {names}");
     Err(Refusal::wrong_value(shown, what, hint))
-}
-
-/// The nesting depth of arrays and objects, closed or not.
-fn depth(json: &[u8]) -> usize {
-    let (mut now, mut deepest) = (0_usize, 0);
-    let (mut in_string, mut escaped) = (false, false);
-    for byte in json {
-        if in_string {
-            match byte {
-                _ if escaped => escaped = false,
-                b'\\' => escaped = true,
-                b'"' => in_string = false,
-                _ => {}
-            }
-            continue;
-        }
-        match byte {
-            b'"' => in_string = true,
-            b'[' | b'{' => {
-                now += 1;
-                deepest = deepest.max(now);
-            }
-            b']' | b'}' => now = now.saturating_sub(1),
-            _ => {}
-        }
-    }
-    deepest
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn depth_is_that_of_brackets_outside_of_strings() {
-        for (json, deep) in [
-            ("1", 0),
-            ("{}", 1),
-            (r#"{"a":[1,[2]],"b":{}}"#, 3),
-            (r#"{"a":"[[[[{{{{"}"#, 1),
-            (r#"{"a":"\"[[","b":"\\"}"#, 1),
-            ("[[[[", 4),
-            ("]]]][", 1),
-        ] {
-            assert_eq!(depth(json.as_bytes()), deep, "{json}");
-        }
-    }
 }

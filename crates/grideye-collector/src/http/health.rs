@@ -23,16 +23,66 @@ missing counter grideye_sensor_missing_total Rows without a frame, in this boot.
 dropped counter grideye_sensor_dropped_total Frames that the agent gave up.
 errors counter grideye_sensor_errors_total Errors of the bus and the sensor.";
 
-/// `GET /healthz`: whether the store is readable and the last write succeeded. Needs no token.
+/// `GET /healthz`: whether the store is readable and the last write succeeded, and what will need somebody soon. Needs
+/// no token.
 pub(crate) async fn alive(State(state): State<AppState>) -> Response {
     let version = env!("CARGO_PKG_VERSION");
     match state.store().ping().await {
-        Ok(()) => Json(json!({ "status": "ok", "version": version })).into_response(),
+        Ok(()) => {
+            let usage = state.store().usage().await.ok();
+            let warnings = warnings(&limits_used(&state, usage), usage);
+            let body = json!({ "status": "ok", "version": version, "warnings": warnings });
+            Json(body).into_response()
+        }
         Err(error) => {
             let body = json!({ "status": status_name(&error), "version": version, "store": error.to_string() });
             (StatusCode::SERVICE_UNAVAILABLE, Json(body)).into_response()
         }
     }
+}
+
+/// Limits, how much of each is used, and how much may be.
+type LimitsUsed = Vec<(&'static str, u64, u64)>;
+
+fn limits_used(state: &AppState, usage: Option<StoreUsage>) -> LimitsUsed {
+    let (shared, limits) = (&state.0, state.limits());
+    let of = |number: usize| u64::try_from(number).unwrap_or(u64::MAX);
+    let (connections, sensors) = (of(limits.connections_max), of(limits.sensors_max));
+    let open = load(&shared.counters.connections_open);
+    let mut used = vec![
+        ("connections", open, connections),
+        (
+            "live_clients",
+            of(live_clients(state)),
+            of(limits.live_clients_max),
+        ),
+        ("sensors", of(shared.live.sensors_count()), sensors),
+    ];
+    if let Some(usage) = usage {
+        used.push(("recordings", usage.recordings, of(limits.recordings_max)));
+        used.extend(
+            usage
+                .bytes_max
+                .map(|most| ("store_bytes", usage.bytes, most)),
+        );
+    }
+    used
+}
+
+/// Limits of which four fifths are used, and what may not be deleted.
+fn warnings(used: &LimitsUsed, usage: Option<StoreUsage>) -> Vec<String> {
+    let is_near = |(_, now, most): &&(_, u64, u64)| now.saturating_mul(5) >= most.saturating_mul(4);
+    let near = used.iter().filter(is_near);
+    let mut warnings: Vec<String> = near
+        .map(|(what, now, most)| format!("{what}: {now} of at most {most}"))
+        .collect();
+    let held = usage.map_or(0, |usage| usage.held);
+    if held > 0 {
+        warnings.push(format!(
+            "frames: {held} would be deleted by --keep-days or --keep-bytes, but belong to recordings"
+        ));
+    }
+    warnings
 }
 
 /// `GET /v1/health`: all counters, without device names and secrets.
@@ -52,7 +102,9 @@ pub(crate) async fn health(State(state): State<AppState>) -> Response {
             "bytes_max": usage.and_then(|usage| usage.bytes_max),
             "deleted_by_age": usage.map(|usage| usage.deleted_by_age),
             "deleted_by_size": usage.map(|usage| usage.deleted_by_size),
+            "held_by_recordings": usage.map(|usage| usage.held),
         },
+        "warnings": warnings(&limits_used(&state, usage), usage),
         "frames": {
             "stored": load(&shared.counters.frames_stored),
             "again": load(&shared.counters.frames_again),
@@ -86,6 +138,16 @@ pub(crate) async fn metrics(State(state): State<AppState>) -> Response {
     let mut text = Text::new();
     of_the_program(&mut text, &state);
     of_the_store(&mut text, is_failing, usage);
+    let used = limits_used(&state, usage);
+    let family = "gauge grideye_limit_used How much of a limit is in use. From four fifths on, /healthz warns.";
+    begin(&mut text, family);
+    for (limit, now, _) in &used {
+        text.sample(&[("limit", limit)], now);
+    }
+    begin(&mut text, "gauge grideye_limit_max The limit.");
+    for (limit, _, most) in &used {
+        text.sample(&[("limit", limit)], most);
+    }
     of_the_sensors(&mut text, &state.0.live.sensors_json());
     let headers = [(header::CONTENT_TYPE, CONTENT_TYPE)];
     (headers, text.into_string()).into_response()
@@ -183,6 +245,9 @@ fn of_the_store(text: &mut Text, is_failing: bool, usage: Option<StoreUsage>) {
     begin(text, family);
     text.sample(&[("reason", "age")], usage.deleted_by_age);
     text.sample(&[("reason", "size")], usage.deleted_by_size);
+    let family =
+        "gauge grideye_frames_held Frames that would be deleted too, if no recording held them.";
+    one(text, family, usage.held);
     if let Some(bytes_max) = usage.bytes_max {
         let family = "gauge grideye_store_bytes_max Bytes that the store may take.";
         one(text, family, bytes_max);

@@ -9,11 +9,12 @@ use crate::http::bodies::Bodies;
 use crate::http::origin::HostNames;
 use crate::limits::Limits;
 use crate::live::{Event, Live, NewestFrames};
-use crate::log::{Log, Seldom};
+use crate::log::{Level, Log, LogEvent, Seldom};
 use crate::peer::AddressGroup;
 use crate::rates::Rates;
 use crate::store::{FrameStore, News, StoreError};
 use serde_json::json;
+use std::collections::HashMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
@@ -110,6 +111,7 @@ impl AppState {
             stopping: watch::Sender::new(false),
             limits,
         }));
+        tokio::spawn(end_abandoned(Arc::downgrade(&state.0)));
         if let Some(news) = news {
             tokio::spawn(show_news(Arc::downgrade(&state.0), news));
         }
@@ -172,6 +174,40 @@ async fn show_news(shared: Weak<Shared>, mut news: mpsc::Receiver<News>) {
         match news {
             News::Frames(elsewhere) => shared.live.take_elsewhere(*elsewhere),
             News::Recordings => shared.live.tell(Event::new("recordings", &json!({}))),
+        }
+    }
+}
+
+/// Pause between two looks at the leases of recordings.
+const LEASES_READ_EVERY: Duration = Duration::from_secs(2);
+
+/// Ends recordings that nobody renews any more, while the collector exists. A lease runs on this collector's monotonic
+/// clock, from when it first saw a renewal: no step of a wall clock and no outage of collector or store ends a recording.
+async fn end_abandoned(shared: Weak<Shared>) {
+    let mut renewed = HashMap::new();
+    loop {
+        tokio::time::sleep(LEASES_READ_EVERY).await;
+        let Some(shared) = shared.upgrade() else {
+            return;
+        };
+        let leases = shared.store.leases().await.unwrap_or_default();
+        let now = shared.clock.monotonic();
+        let before = std::mem::take(&mut renewed);
+        for (id, renewals) in leases {
+            let seen = before.get(&id).filter(|(known, _)| *known == renewals);
+            let (_, since) = *seen.unwrap_or(&(renewals, now));
+            if now.saturating_sub(since) < shared.limits.recording_lease {
+                renewed.insert(id, (renewals, since));
+                continue;
+            }
+            // If it is not running, another collector or a person has ended it.
+            let stopped = shared.store.stop_recording(id, shared.clock.utc_ns());
+            if let Ok(recording) = stopped.await {
+                let event = LogEvent::new(Level::Warning, "recording_abandoned");
+                let event = event.with("id", id).with("name", recording.name);
+                shared.seldom.say("", now, event);
+                shared.live.tell(Event::new("recordings", &json!({})));
+            }
         }
     }
 }

@@ -8,54 +8,27 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 const HTML: &str = "text/html; charset=utf-8";
-const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
-macro_rules! file {
-    ($name:literal, $kind:expr) => {
-        Asset {
-            name: $name,
-            kind: $kind,
-            text: include_str!(concat!("../../assets/", $name)),
-        }
+macro_rules! files {
+    ($($name:literal)*) => {
+        [$(Asset { name: $name, kind: kind_of($name), text: include_str!(concat!("../../assets/", $name)) }),*]
     };
 }
 
-const ASSETS: [Asset; 34] = [
-    file!("style.css", "text/css; charset=utf-8"),
-    file!("favicon.svg", "image/svg+xml"),
-    file!("advice.js", JAVASCRIPT),
-    file!("ask.js", JAVASCRIPT),
-    file!("brought.js", JAVASCRIPT),
-    file!("devices.js", JAVASCRIPT),
-    file!("exports.js", JAVASCRIPT),
-    file!("feed.js", JAVASCRIPT),
-    file!("heatmap.js", JAVASCRIPT),
-    file!("history.js", JAVASCRIPT),
-    file!("keep.js", JAVASCRIPT),
-    file!("keys.js", JAVASCRIPT),
-    file!("labels.js", JAVASCRIPT),
-    file!("library.js", JAVASCRIPT),
-    file!("login.js", JAVASCRIPT),
-    file!("look.js", JAVASCRIPT),
-    file!("main.js", JAVASCRIPT),
-    file!("note.js", JAVASCRIPT),
-    file!("orientation.js", JAVASCRIPT),
-    file!("palettes.js", JAVASCRIPT),
-    file!("picture.js", JAVASCRIPT),
-    file!("playback.js", JAVASCRIPT),
-    file!("played-sensor.js", JAVASCRIPT),
-    file!("player.js", JAVASCRIPT),
-    file!("recorded.js", JAVASCRIPT),
-    file!("recordings.js", JAVASCRIPT),
-    file!("scale.js", JAVASCRIPT),
-    file!("sensor.js", JAVASCRIPT),
-    file!("sign-out.js", JAVASCRIPT),
-    file!("smooth.js", JAVASCRIPT),
-    file!("timeline.js", JAVASCRIPT),
-    file!("track.js", JAVASCRIPT),
-    file!("troubles.js", JAVASCRIPT),
-    file!("words.js", JAVASCRIPT),
-];
+const ASSETS: [Asset; 34] = files! {
+    "style.css" "favicon.svg" "advice.js" "ask.js" "brought.js" "devices.js" "exports.js" "feed.js" "heatmap.js"
+    "history.js" "keep.js" "keys.js" "labels.js" "library.js" "login.js" "look.js" "main.js" "note.js"
+    "orientation.js" "palettes.js" "picture.js" "playback.js" "played-sensor.js" "player.js" "recorded.js"
+    "recordings.js" "scale.js" "sensor.js" "sign-out.js" "smooth.js" "timeline.js" "track.js" "troubles.js" "words.js"
+};
+
+const fn kind_of(name: &str) -> &'static str {
+    match name.as_bytes() {
+        [.., b'.', b'c', b's', b's'] => "text/css; charset=utf-8",
+        [.., b'.', b's', b'v', b'g'] => "image/svg+xml",
+        _ => "text/javascript; charset=utf-8",
+    }
+}
 
 /// The placeholder for the annexes' parts of the page.
 const ANNEXES: &str = "  <!-- annexes -->\n";

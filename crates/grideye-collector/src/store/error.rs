@@ -41,7 +41,9 @@ pub enum StoreError {
     )]
     TooManyStreams(usize),
     /// The limit on recordings is reached.
-    #[error("the store already holds the maximum of {0} recordings\nhint: raise `recordings_max`")]
+    #[error(
+        "the store already holds the maximum of {0} recordings\nhint: delete one that is no longer needed, on the page or by `grideye record NAME --delete`; its frames stay until they are too old"
+    )]
     TooManyRecordings(usize),
     /// Another recording has this name.
     #[error("a recording named {name:?} {}\nhint: choose another name{}", if *.running { "is running" } else { "exists already" }, if *.running { ", or stop that one first" } else { "" })]

@@ -48,6 +48,20 @@ pub trait FrameStore: Send + Sync + 'static {
         self.queue().change(|reply| Change::Note(id, note, reply))
     }
 
+    /// Renews the lease of a running recording; the first call gives it one.
+    fn renew_recording(&self, id: RecordingId) -> Answer<'_, ()> {
+        self.queue().change(|reply| Change::Renew(id, reply))
+    }
+
+    /// Deletes a recording with its note and labels, for good: its number is not given again. Its frames stay, and from
+    /// now on age like all others.
+    fn delete_recording(&self, id: RecordingId) -> Answer<'_, ()> {
+        self.queue().change(|reply| Change::Delete(id, reply))
+    }
+
+    /// The running recordings that have a lease, and how often each was renewed.
+    fn leases(&self) -> Answer<'_, Vec<(RecordingId, i64)>>;
+
     /// The labels of a recording, oldest first.
     fn labels(&self, id: RecordingId) -> Answer<'_, Vec<KeptLabel>>;
 

@@ -26,6 +26,8 @@ pub(super) enum Change {
     Start(String, i64, Reply<Recording>),
     Stop(RecordingId, i64, Reply<Recording>),
     Note(RecordingId, String, Reply<Recording>),
+    Renew(RecordingId, Reply<()>),
+    Delete(RecordingId, Reply<()>),
     AddLabel(RecordingId, Label, Reply<KeptLabel>),
     RemoveLabel(RecordingId, i64, Reply<()>),
     AskForTokens(bool, Reply<bool>),

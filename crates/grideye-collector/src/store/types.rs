@@ -24,6 +24,10 @@ pub struct StoreUsage {
     pub deleted_by_age: u64,
     /// Frames that this collector deleted because the store was too large.
     pub deleted_by_size: u64,
+    /// Frames that would be deleted too, if no recording held them.
+    pub held: u64,
+    /// Recordings.
+    pub recordings: u64,
 }
 
 /// The result of storing a batch.

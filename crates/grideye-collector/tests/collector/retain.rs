@@ -400,3 +400,54 @@ async fn the_documented_sql_deletes_the_named_days_of_no_recording_and_counts_th
     append(&store, 0..60, &clocks).await;
     assert_eq!(stream(&store).await.stored, 60);
 }
+
+/// What `--keep-days` and `--keep-bytes` may not delete is said, and goes once the recording is deleted.
+#[tokio::test]
+async fn frames_that_only_a_recording_keeps_are_counted_in_log_metric_and_health() {
+    for limits in [
+        keep_for(DAY),
+        Limits {
+            keep_bytes: Some(1),
+            ..Limits::default()
+        },
+    ] {
+        let is_by_age = limits.keep_for.is_some();
+        let folder = tempfile::tempdir().unwrap();
+        let clocks = Clocks::started_at(BEGIN_NS);
+        let lines = Lines::default();
+        let store = tended(&file(folder.path()), &limits, &clocks, &lines.log());
+        let recording = store.start_recording("forgotten".to_owned(), 1).await;
+        let id = recording.unwrap().id;
+        for post in 0..100 {
+            append(&store, 5 * post..5 * post + 5, &clocks).await;
+            clocks.pass(15 * SECOND);
+        }
+        store.stop_recording(id, 2).await.unwrap();
+        wait(&store, &clocks, 3 * 24, HOUR).await;
+        assert_eq!(stream(&store).await.expired, 0);
+        let store = Arc::new(store);
+        let server = Server::on(store.clone(), limits).await;
+        let said = async |count: u64| {
+            let line = format!("\ngrideye_frames_held {count}\n");
+            let metrics = server.get("/metrics").await.body;
+            assert!(String::from_utf8_lossy(&metrics).contains(&line), "{line}");
+            let health = server.get("/v1/health").await.json();
+            assert_eq!(health["store"]["held_by_recordings"], count);
+            let warnings = server.get("/healthz").await.json()["warnings"].to_string();
+            assert_eq!(warnings.contains("belong to recordings"), count > 0);
+        };
+        assert_eq!(
+            store.usage().await.unwrap().held,
+            500,
+            "by age: {is_by_age}"
+        );
+        said(500).await;
+        let events = lines.of("frames_held");
+        assert!((1..10).contains(&events.len()), "{events:?}");
+        assert!(number(events.last().unwrap(), "frames") > 250);
+        store.delete_recording(id).await.unwrap();
+        wait(&*store, &clocks, 3 * 24, HOUR).await;
+        said(0).await;
+        assert!(stream(&*store).await.expired > 0, "by age: {is_by_age}");
+    }
+}

@@ -393,6 +393,28 @@ fn topic(text: &str) -> Result<String, String> {
     }
 }
 
+/// Record the frames that arrive at a running collector.
+///
+/// If this program is killed, the recording ends 5 minutes later.
+///
+/// Example: grideye record empty-room --seconds 60 --out empty-room.csv
+#[derive(Debug, Args)]
+pub(crate) struct Record {
+    /// Name of the recording.
+    pub(crate) name: String,
+    /// Duration in seconds [default: until Ctrl-C].
+    #[arg(long, value_name = "N")]
+    pub(crate) seconds: Option<u64>,
+    /// Copy to write besides the one in the store.
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) out: Option<PathBuf>,
+    /// Delete this recording; its frames stay.
+    #[arg(long, conflicts_with_all = ["seconds", "out"])]
+    pub(crate) delete: bool,
+    #[command(flatten)]
+    pub(crate) collector: CollectorAddress,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -61,6 +61,9 @@ async fn write_pages(
             send(pages, form.take()).await?;
         }
     }
+    // What was deleted meanwhile may lack frames: its labels are refused.
+    let labels = state.store().labels(members.recording.id).await;
+    labels.map_err(io::Error::other)?;
     send(pages, form.finish()?).await
 }
 

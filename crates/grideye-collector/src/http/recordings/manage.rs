@@ -39,6 +39,25 @@ pub(crate) async fn stop(
     Ok(tell(&state, &recording))
 }
 
+/// `POST /v1/recordings/{id}/renew`: from now on the recording ends by itself if it is not renewed in time.
+pub(crate) async fn renew(
+    State(state): State<AppState>,
+    Path(id): Path<String>,
+) -> Result<Json<Value>, Refusal> {
+    state.store().renew_recording(parse_id(&id)?).await?;
+    let lease_s = state.limits().recording_lease.as_secs();
+    Ok(Json(json!({ "lease_s": lease_s })))
+}
+
+pub(crate) async fn delete(
+    State(state): State<AppState>,
+    Path(id): Path<String>,
+) -> Result<StatusCode, Refusal> {
+    state.store().delete_recording(parse_id(&id)?).await?;
+    state.0.live.tell(Event::new("recordings", &json!({})));
+    Ok(StatusCode::NO_CONTENT)
+}
+
 pub(crate) async fn list(State(state): State<AppState>) -> Result<Json<Value>, Refusal> {
     let recordings = state.store().recordings().await?;
     let recordings: Vec<Value> = recordings.iter().map(recording_json).collect();

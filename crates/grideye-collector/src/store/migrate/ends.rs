@@ -171,7 +171,11 @@ const OF_STREAMS: [(&str, &str); 3] = [
 ];
 
 /// The same for the tables of recordings, and what is known of the store.
-const OF_RECORDINGS: [(&str, &str); 4] = [
+const OF_RECORDINGS: [(&str, &str); 5] = [
+    (
+        "SELECT json_group_array(json_object('recording', recording_id, 'renewals', renewals)) FROM leases",
+        "INSERT INTO grideye.leases SELECT * FROM json_populate_recordset(NULL::grideye.leases, $1::TEXT::JSON)",
+    ),
     (
         "SELECT json_group_array(json_object('fact', fact)) FROM facts",
         "INSERT INTO grideye.facts SELECT * FROM json_populate_recordset(NULL::grideye.facts, $1::TEXT::JSON)",

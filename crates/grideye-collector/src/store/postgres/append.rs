@@ -12,6 +12,7 @@ use crate::store::types::Appended;
 use grideye_frame::Reading;
 use grideye_recording::record::layout::words_to_bytes;
 use grideye_recording::{Record, StreamId};
+use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
@@ -377,129 +378,75 @@ impl<'d> FrameColumns<'d> {
     }
 }
 
+/// Runs a statement on rows in JSON with the names of a table's columns, if there are any.
+async fn save(session: &Session, sql: &'static str, rows: Vec<Value>) -> Result<()> {
+    if rows.is_empty() {
+        return Ok(());
+    }
+    let rows = Value::from(rows).to_string();
+    session.execute(sql, &[&rows]).await.map(drop)
+}
+
 async fn save_runs(session: &Session, touched: &Touched<'_>) -> Result<()> {
-    let (mut gone, mut changed) = (RunColumns::default(), RunColumns::default());
+    let (mut gone, mut changed) = (Vec::new(), Vec::new());
     for (id, state) in touched {
+        let run = |first: u64, last: u64| json!({ "device": id.device, "stream": state.key, "first_seq": first, "last_seq": last });
         let (gone_runs, changed_runs) = state.runs.changes();
-        for first in gone_runs {
-            gone.push(id, state, (first, first));
-        }
-        for (first, last) in changed_runs {
-            changed.push(id, state, (first, last));
-        }
+        gone.extend(gone_runs.into_iter().map(|first| run(first, first)));
+        changed.extend(
+            changed_runs
+                .into_iter()
+                .map(|(first, last)| run(first, last)),
+        );
     }
-    if !gone.streams.is_empty() {
-        let sql = "DELETE FROM grideye.runs
-                   WHERE (device, stream, first_seq) IN (SELECT * FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[]))";
-        session
-            .execute(sql, &[&gone.devices, &gone.streams, &gone.firsts])
-            .await?;
-    }
-    if !changed.streams.is_empty() {
-        let sql = "INSERT INTO grideye.runs (device, stream, first_seq, last_seq)
-                   SELECT * FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[])
-                   ON CONFLICT (device, stream, first_seq) DO UPDATE SET last_seq = excluded.last_seq";
-        let parameters: Parameters<'_> = &[
-            &changed.devices,
-            &changed.streams,
-            &changed.firsts,
-            &changed.lasts,
-        ];
-        session.execute(sql, parameters).await?;
-    }
-    Ok(())
-}
-
-#[derive(Default)]
-struct RunColumns<'s> {
-    devices: Vec<&'s str>,
-    streams: Vec<i32>,
-    firsts: Vec<i64>,
-    lasts: Vec<i64>,
-}
-
-impl<'s> RunColumns<'s> {
-    fn push(&mut self, id: &'s StreamId, state: &StreamState, (first, last): (u64, u64)) {
-        // Numbers were checked before they entered a run.
-        let fitting = |seq| i64::try_from(seq).unwrap_or(i64::MAX);
-        self.devices.push(&id.device);
-        self.streams.push(number(state));
-        self.firsts.push(fitting(first));
-        self.lasts.push(fitting(last));
-    }
+    let sql = "DELETE FROM grideye.runs r USING json_populate_recordset(NULL::grideye.runs, $1::TEXT::JSON) g
+               WHERE r.device = g.device AND r.stream = g.stream AND r.first_seq = g.first_seq";
+    save(session, sql, gone).await?;
+    let sql = "INSERT INTO grideye.runs SELECT * FROM json_populate_recordset(NULL::grideye.runs, $1::TEXT::JSON)
+               ON CONFLICT (device, stream, first_seq) DO UPDATE SET last_seq = excluded.last_seq";
+    save(session, sql, changed).await
 }
 
 /// Adds what this epoch brought to each stream: one row per stream and epoch.
 async fn save_shares(session: &Session, touched: &Touched<'_>, epoch: i64) -> Result<()> {
-    let (mut devices, mut streams) = (Vec::new(), Vec::new());
-    let (mut firsts, mut lasts) = (Vec::new(), Vec::new());
-    let (mut stored, mut missing) = (Vec::new(), Vec::new());
-    for (id, state) in touched {
-        if let Some(share) = state.share() {
-            devices.push(id.device.as_str());
-            streams.push(number(state));
-            firsts.push(share.0);
-            lasts.push(share.1);
-            stored.push(share.2);
-            missing.push(share.3);
-        }
-    }
-    if streams.is_empty() {
-        return Ok(());
-    }
-    let sql = "INSERT INTO grideye.shares AS s (device, stream, epoch, first_seq, last_seq, stored, missing)
-               SELECT device, stream, $7, first_seq, last_seq, stored, missing
-               FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[], $5::BIGINT[], $6::BIGINT[])
-               AS a (device, stream, first_seq, last_seq, stored, missing)
+    let shares = touched.iter().filter_map(|(id, state)| {
+        let (first, last, stored, missing) = state.share()?;
+        Some(
+            json!({ "device": id.device, "stream": state.key, "epoch": epoch, "first_seq": first, "last_seq": last,
+                "stored": stored, "missing": missing }),
+        )
+    });
+    let sql = "INSERT INTO grideye.shares AS s
+               SELECT * FROM json_populate_recordset(NULL::grideye.shares, $1::TEXT::JSON)
                ON CONFLICT (device, stream, epoch) DO UPDATE SET
                    first_seq = least(s.first_seq, excluded.first_seq), last_seq = greatest(s.last_seq, excluded.last_seq),
                    stored = s.stored + excluded.stored, missing = s.missing + excluded.missing";
-    let parameters: Parameters<'_> = &[
-        &devices, &streams, &firsts, &lasts, &stored, &missing, &epoch,
-    ];
-    session.execute(sql, parameters).await?;
-    Ok(())
+    save(session, sql, shares.collect()).await
 }
 
-/// `added` orders the streams of one sensor by their last addition, without a counter that all devices share.
+/// `added` orders the streams of one sensor by their last addition, without a counter that all devices share; in the
+/// rows it says whether something was added.
 async fn save_streams(
     session: &Session,
     touched: &Touched<'_>,
     (lane, n): (i64, i64),
 ) -> Result<()> {
-    if touched.is_empty() {
-        return Ok(());
-    }
-    let devices: Vec<&str> = touched.keys().map(|id| id.device.as_str()).collect();
-    let streams: Vec<i32> = touched.values().map(|state| number(state)).collect();
-    let stored: Vec<i64> = touched.values().map(|state| state.stored).collect();
-    let missing: Vec<i64> = touched.values().map(|state| state.missing).collect();
-    let arrivals: Vec<i64> = touched.values().map(|s| s.t_last_arrival_ns).collect();
-    let accounts: Vec<Option<String>> = touched
-        .values()
-        .map(|state| state.account.as_ref())
-        .map(|account| account.map(account::to_text))
-        .collect();
-    let reads: Vec<Option<i64>> = touched.values().map(|state| state.account_read).collect();
-    let came: Vec<i64> = touched.values().map(|s| s.came_since_account).collect();
-    let sent: Vec<Option<i64>> = touched.values().map(|state| state.t_sent_boot_ns).collect();
-    let added: Vec<bool> = touched.values().map(|s| !s.fresh.is_empty()).collect();
+    let streams = touched.iter().map(|(id, state)| {
+        json!({ "device": id.device, "stream": state.key, "stored": state.stored, "missing": state.missing,
+            "t_last_arrival_ns": state.t_last_arrival_ns, "account": state.account.as_ref().map(account::to_text),
+            "account_read": state.account_read, "came_since_account": state.came_since_account,
+            "t_sent_boot_ns": state.t_sent_boot_ns, "added": u8::from(!state.fresh.is_empty()), "lane": lane, "n": n })
+    });
     let sql = "UPDATE grideye.streams s SET
                    stored = u.stored, missing = u.missing, t_last_arrival_ns = u.t_last_arrival_ns, account = u.account,
-                   account_read = u.account_read, came_since_account = u.came, t_sent_boot_ns = u.sent, lane = $11, n = $12,
-                   added = CASE WHEN u.is_added THEN
+                   account_read = u.account_read, came_since_account = u.came_since_account,
+                   t_sent_boot_ns = u.t_sent_boot_ns, lane = u.lane, n = u.n,
+                   added = CASE WHEN u.added > 0 THEN
                        (SELECT max(o.added) + 1 FROM grideye.streams o WHERE o.device = s.device AND o.sensor = s.sensor)
                        ELSE s.added END
-               FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[], $5::BIGINT[], $6::TEXT[], $7::BIGINT[],
-                           $8::BIGINT[], $9::BIGINT[], $10::BOOLEAN[])
-               AS u (device, stream, stored, missing, t_last_arrival_ns, account, account_read, came, sent, is_added)
+               FROM json_populate_recordset(NULL::grideye.streams, $1::TEXT::JSON) u
                WHERE s.device = u.device AND s.stream = u.stream";
-    let parameters: Parameters<'_> = &[
-        &devices, &streams, &stored, &missing, &arrivals, &accounts, &reads, &came, &sent, &added,
-        &lane, &n,
-    ];
-    session.execute(sql, parameters).await?;
-    Ok(())
+    save(session, sql, streams.collect()).await
 }
 
 fn number(state: &StreamState) -> i32 {

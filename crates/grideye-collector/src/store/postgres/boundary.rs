@@ -1,4 +1,4 @@
-//! Ends epochs, which starts and stops recordings; writes notes and labels.
+//! Ends epochs, which starts and stops recordings; deletes recordings; writes leases, notes and labels.
 
 use crate::limits::Limits;
 use crate::store::error::{RecordingId, Result, StoreError};
@@ -41,12 +41,12 @@ pub(super) async fn start(
                 running: row.try_get(0)?,
             });
         }
-        let sql = "SELECT count(*), coalesce(max(id), 0) + 1 FROM grideye.recordings";
-        let rows = session.query(sql, &[]).await?;
-        let (recordings, id): (i64, i64) = (rows[0].try_get(0)?, rows[0].try_get(1)?);
+        let sql = "SELECT count(*) FROM grideye.recordings";
+        let recordings: i64 = session.query(sql, &[]).await?[0].try_get(0)?;
         if recordings >= count(limits.recordings_max) {
             return Err(StoreError::TooManyRecordings(limits.recordings_max));
         }
+        let id = next_id(session).await?;
         let sql = "INSERT INTO grideye.recordings (id, name, t_start_ns, after_epoch) VALUES ($1, $2, $3, $4)";
         session
             .execute(sql, &[&id, &name, &t_start_ns, &ended])
@@ -56,19 +56,69 @@ pub(super) async fn start(
     session.transact(work).await
 }
 
+/// A number is not given again, even if the newest recording was deleted.
+async fn next_id(session: &Session) -> Result<i64> {
+    let sql = "SELECT 1 + greatest(coalesce(max(id), 0), coalesce(
+                   (SELECT split_part(fact, ' ', 2)::BIGINT FROM grideye.facts WHERE fact LIKE 'recording %'), 0))
+               FROM grideye.recordings";
+    Ok(session.query(sql, &[]).await?[0].try_get(0)?)
+}
+
 pub(super) async fn stop(session: &Session, id: RecordingId, t_stop_ns: i64) -> Result<Recording> {
     let work = async {
         let ended = next_epoch(session).await?;
-        let (recording, _) = read::recording(session, id).await?;
-        if recording.t_stop_ns.is_some() {
-            return Err(StoreError::NotRunning {
-                id,
-                name: recording.name,
-            });
-        }
+        running(session, id).await?;
+        let sql = "DELETE FROM grideye.leases WHERE recording = $1";
+        session.execute(sql, &[&id.0]).await?;
         let sql = "UPDATE grideye.recordings SET t_stop_ns = $2, through_epoch = $3 WHERE id = $1";
         session.execute(sql, &[&id.0, &t_stop_ns, &ended]).await?;
         Ok(read::recording(session, id).await?.0)
+    };
+    session.transact(work).await
+}
+
+/// Checks that a recording runs; it does until the caller's transaction ends.
+async fn running(session: &Session, id: RecordingId) -> Result<()> {
+    lock(session, id).await?;
+    let (recording, _) = read::recording(session, id).await?;
+    match recording.t_stop_ns {
+        None => Ok(()),
+        Some(_) => Err(StoreError::NotRunning {
+            id,
+            name: recording.name,
+        }),
+    }
+}
+
+pub(super) async fn renew(session: &Session, id: RecordingId) -> Result<()> {
+    let work = async {
+        running(session, id).await?;
+        let sql = "INSERT INTO grideye.leases AS l VALUES ($1, 1)
+                   ON CONFLICT (recording) DO UPDATE SET renewals = l.renewals + 1";
+        session.execute(sql, &[&id.0]).await.map(drop)
+    };
+    session.transact(work).await
+}
+
+pub(super) async fn delete(session: &Session, id: RecordingId) -> Result<()> {
+    let work = async {
+        // No recording starts or stops meanwhile.
+        lock_epoch(session).await?;
+        lock(session, id).await?;
+        let last = next_id(session).await? - 1;
+        let sql = "DELETE FROM grideye.facts WHERE fact LIKE 'recording %'";
+        session.execute(sql, &[]).await?;
+        let sql = "INSERT INTO grideye.facts VALUES ('recording ' || $1::BIGINT || ' was the last to start')";
+        session.execute(sql, &[&last]).await?;
+        for sql in [
+            "DELETE FROM grideye.leases WHERE recording = $1",
+            "DELETE FROM grideye.notes WHERE recording = $1",
+            "DELETE FROM grideye.labels WHERE recording = $1",
+            "DELETE FROM grideye.recordings WHERE id = $1",
+        ] {
+            session.execute(sql, &[&id.0]).await?;
+        }
+        Ok(())
     };
     session.transact(work).await
 }

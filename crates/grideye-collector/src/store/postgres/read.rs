@@ -14,10 +14,20 @@ use std::num::TryFromIntError;
 use std::sync::Arc;
 use tokio_postgres::Row;
 
-pub(super) async fn bytes(session: &Session) -> Result<u64> {
-    let sql = "SELECT pg_database_size(current_database())";
+/// Bytes of the database, and how many recordings there are.
+pub(super) async fn usage(session: &Session) -> Result<(u64, u64)> {
+    let sql =
+        "SELECT pg_database_size(current_database()), (SELECT count(*) FROM grideye.recordings)";
+    let row = &session.query(sql, &[]).await?[0];
+    let bytes = unsigned("pg_database_size", row.try_get(0)?)?;
+    Ok((bytes, unsigned("recordings", row.try_get(1)?)?))
+}
+
+pub(super) async fn leases(session: &Session) -> Result<Vec<(RecordingId, i64)>> {
+    let sql = "SELECT recording, renewals FROM grideye.leases";
     let rows = session.query(sql, &[]).await?;
-    unsigned("pg_database_size", rows[0].try_get(0)?)
+    let lease = |row: &Row| Ok((RecordingId(row.try_get(0)?), row.try_get(1)?));
+    rows.iter().map(lease).collect()
 }
 
 pub(super) async fn ping(session: &Session) -> Result<()> {

@@ -234,6 +234,9 @@ const LABELS: &str = "CREATE TABLE IF NOT EXISTS grideye.labels (
 /// A fact is a sentence about the store.
 const FACTS: &str = "CREATE TABLE IF NOT EXISTS grideye.facts (fact TEXT NOT NULL PRIMARY KEY)";
 
+/// A running recording with a lease ends if it is not renewed.
+const LEASES: &str = "CREATE TABLE IF NOT EXISTS grideye.leases (recording BIGINT NOT NULL PRIMARY KEY, renewals BIGINT NOT NULL)";
+
 /// Creates the tables in an empty database, or checks that the existing ones are ours.
 pub(crate) async fn prepare(session: &Session) -> Result<()> {
     let mut last = None;
@@ -276,11 +279,16 @@ async fn recognize(session: &Session) -> Result<bool> {
     }
 }
 
-/// Adds the tables for notes, labels and facts to a store that lacks them.
+/// Adds the tables for notes, labels, facts and leases to a store that lacks them.
 async fn add_what_is_written(session: &Session) -> Result<()> {
     let sql = "SELECT count(*) FROM information_schema.tables
                WHERE table_schema = 'grideye' AND table_name = $1";
-    for (name, table) in [("notes", NOTES), ("labels", LABELS), ("facts", FACTS)] {
+    for (name, table) in [
+        ("notes", NOTES),
+        ("labels", LABELS),
+        ("facts", FACTS),
+        ("leases", LEASES),
+    ] {
         // Checked first, because a user who may only read and write tables cannot create one.
         let tables: i64 = session.query(sql, &[&name]).await?[0].try_get(0)?;
         if tables == 0 {

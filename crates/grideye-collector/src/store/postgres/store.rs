@@ -70,6 +70,10 @@ impl FrameStore for PostgresStore {
         Box::pin(async move { boundary::labels(&*self.reader.session().await?, id).await })
     }
 
+    fn leases(&self) -> Answer<'_, Vec<(RecordingId, i64)>> {
+        Box::pin(async { read::leases(&*self.reader.session().await?).await })
+    }
+
     fn recordings(&self) -> Answer<'_, Vec<Recording>> {
         Box::pin(async { read::recordings(&*self.reader.session().await?).await })
     }
@@ -104,11 +108,14 @@ impl FrameStore for PostgresStore {
 
     fn usage(&self) -> Answer<'_, StoreUsage> {
         Box::pin(async {
+            let (bytes, recordings) = read::usage(&*self.reader.session().await?).await?;
             Ok(StoreUsage {
-                bytes: read::bytes(&*self.reader.session().await?).await?,
+                bytes,
                 bytes_max: self.limits.store_bytes_max,
                 deleted_by_age: 0,
                 deleted_by_size: 0,
+                held: 0,
+                recordings,
             })
         })
     }

@@ -97,13 +97,15 @@ impl Writer {
             Change::Note(id, note, reply) => {
                 answer(reply, revived, boundary::note(session, id, &note)).await;
             }
+            Change::Renew(id, reply) => {
+                answer(reply, revived, boundary::renew(session, id)).await;
+            }
+            Change::Delete(id, reply) => {
+                answer(reply, revived, boundary::delete(session, id)).await;
+            }
             Change::AddLabel(id, label, reply) => {
-                answer(
-                    reply,
-                    revived,
-                    boundary::add_label(session, id, label, limits),
-                )
-                .await;
+                let add = boundary::add_label(session, id, label, limits);
+                answer(reply, revived, add).await;
             }
             Change::RemoveLabel(id, number, reply) => {
                 answer(reply, revived, boundary::remove_label(session, id, number)).await;

@@ -199,6 +199,21 @@ pub(super) fn recordings(connection: &Connection) -> Result<Vec<Recording>> {
     statement.query_and_then([], all)?.collect()
 }
 
+/// How many recordings there are.
+pub(super) fn rows_in_recordings(connection: &Connection) -> Result<u64> {
+    let sql = "SELECT count(*) FROM recordings";
+    unsigned(
+        "recordings",
+        connection.query_row(sql, [], |row| row.get(0))?,
+    )
+}
+
+pub(super) fn leases(connection: &Connection) -> Result<Vec<(RecordingId, i64)>> {
+    let mut statement = connection.prepare_cached("SELECT recording_id, renewals FROM leases")?;
+    let leases = statement.query_map([], |row| Ok((RecordingId(row.get(0)?), row.get(1)?)))?;
+    Ok(leases.collect::<Result<_, _>>()?)
+}
+
 pub(super) fn recording(connection: &Connection, id: RecordingId) -> Result<Recording> {
     Ok(recording_and_range(connection, id, i64::MAX)?.0)
 }

@@ -26,9 +26,36 @@ const DELETED_MAX: usize = 64;
 /// Maximum chunks visited in a step.
 const VISITS_MAX: usize = 1024;
 
-/// Whether the chunk `c` belongs to a recording.
-const IS_RECORDED: &str = "EXISTS (
-    SELECT * FROM recordings r WHERE c.epoch > r.after_epoch AND c.epoch <= coalesce(r.through_epoch, c.epoch))";
+/// After this many times [`Limits::seal_after`], no chunk is joined to another any more.
+const SETTLED_AFTER: u32 = 12;
+
+/// The epochs of all recordings: ranges that do not overlap, above the first value and at most the second.
+#[derive(Debug)]
+struct Recorded(Vec<(i64, i64)>);
+
+impl Recorded {
+    fn read(connection: &Connection) -> Result<Self> {
+        let mut statement = connection.prepare_cached(
+            "SELECT after_epoch, coalesce(through_epoch, 9223372036854775807) FROM recordings ORDER BY after_epoch",
+        )?;
+        let mut rows = statement.query([])?;
+        let mut ranges: Vec<(i64, i64)> = Vec::new();
+        while let Some(row) = rows.next()? {
+            let (after, through): (i64, i64) = (row.get(0)?, row.get(1)?);
+            match ranges.last_mut() {
+                Some(last) if after <= last.1 => last.1 = last.1.max(through),
+                _ => ranges.push((after, through)),
+            }
+        }
+        Ok(Self(ranges))
+    }
+
+    fn has(&self, epoch: i64) -> bool {
+        let begun = self.0.partition_point(|(after, _)| *after < epoch);
+        let last = self.0[..begun].last();
+        last.is_some_and(|(_, through)| epoch <= *through)
+    }
+}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Reason {
@@ -70,6 +97,8 @@ impl Deleted {
 pub(super) struct DeletedCounts {
     pub(super) by_age: AtomicU64,
     pub(super) by_size: AtomicU64,
+    /// Frames that would be deleted too, if no recording held them.
+    pub(super) held: AtomicU64,
 }
 
 impl DeletedCounts {
@@ -102,10 +131,20 @@ impl Allowance {
 /// A chunk's position in the order of age: store time, stream, first number.
 type Place = (i64, i64, i64);
 
+/// The chunks looked through: all that remain up to a place belong to recordings.
+#[derive(Debug, Default, Clone, Copy)]
+struct LookedThrough {
+    /// `None` before the first.
+    through: Option<Place>,
+    frames: i64,
+}
+
 #[derive(Debug, Default)]
 pub(super) struct Retention {
-    /// All remaining chunks up to here belong to recordings, permanently; `None` before the first.
-    looked_through: Option<Place>,
+    /// In this round.
+    looked: LookedThrough,
+    /// Its beginning in which no chunk is joined to another any more: later rounds begin here.
+    settled: LookedThrough,
     by_age: Allowance,
     by_size: Allowance,
     /// Time of the last measurement, and the total of frames stored by then.
@@ -124,6 +163,7 @@ impl Retention {
         now_ns: i64,
         limits: &Limits,
     ) -> Result<()> {
+        self.looked = self.settled;
         let sql = "SELECT coalesce(sum(stored), 0), coalesce(sum(expired), 0),
                           (SELECT t_aged_from_ns FROM counters) FROM streams";
         let (stored, deleted, aged_from_ns): (i64, i64, i64) = connection
@@ -160,15 +200,19 @@ impl Retention {
         now_ns: i64,
         limits: &Limits,
     ) -> Result<(Vec<Deleted>, bool)> {
+        let settle_ns = nanoseconds(limits.seal_after.saturating_mul(SETTLED_AFTER));
         let mut step = Step {
             connection,
+            recorded: Recorded::read(connection)?,
+            settled_before_ns: now_ns.saturating_sub(settle_ns),
             deleted: Vec::new(),
             chunks_left: DELETED_MAX,
             visits_left: VISITS_MAX,
         };
         if let Some(before_ns) = self.too_old_before(now_ns, limits) {
             while self.by_age.0 > 0 {
-                let Some(place) = step.oldest(&mut self.looked_through, before_ns)? else {
+                let Some(place) = step.oldest((&mut self.looked, &mut self.settled), before_ns)?
+                else {
                     break;
                 };
                 step.delete(place, before_ns, Reason::Age, &mut self.by_age)?;
@@ -182,7 +226,7 @@ impl Retention {
             if self.by_size.0 <= 0 {
                 break;
             }
-            let Some(place) = step.oldest(&mut self.looked_through, i64::MAX)? else {
+            let Some(place) = step.oldest((&mut self.looked, &mut self.settled), i64::MAX)? else {
                 break;
             };
             let grain = now_ns.saturating_sub(place.0) / GRAINS;
@@ -191,6 +235,16 @@ impl Retention {
         }
         let is_done = step.chunks_left > 0 && step.visits_left > 0;
         Ok((step.deleted, is_done))
+    }
+
+    /// Frames that this round would have deleted, if no recording held them.
+    pub(super) fn held(&self) -> i64 {
+        self.looked.frames
+    }
+
+    /// A recording was deleted, so chunks looked through may no longer belong to one.
+    pub(super) fn look_through_all_again(&mut self) {
+        (self.looked, self.settled) = Default::default();
     }
 
     /// Chunks stored before this time are too old.
@@ -204,6 +258,8 @@ impl Retention {
 
 struct Step<'c> {
     connection: &'c Connection,
+    recorded: Recorded,
+    settled_before_ns: i64,
     deleted: Vec<Deleted>,
     chunks_left: usize,
     visits_left: usize,
@@ -213,27 +269,31 @@ impl Step<'_> {
     /// The oldest chunk outside all recordings that was stored before `before_ns`, within this step's limit.
     fn oldest(
         &mut self,
-        looked_through: &mut Option<Place>,
+        (looked, settled): (&mut LookedThrough, &mut LookedThrough),
         before_ns: i64,
     ) -> Result<Option<Place>> {
         if self.chunks_left == 0 {
             return Ok(None);
         }
-        let mut statement = self.connection.prepare_cached(&format!(
-            "SELECT t_store_ns, stream_id, first_seq, {IS_RECORDED} FROM chunks c
+        let mut statement = self.connection.prepare_cached(
+            "SELECT t_store_ns, stream_id, first_seq, epoch, frames FROM chunks
              WHERE (t_store_ns, stream_id, first_seq) > (?, ?, ?) AND t_store_ns < ?
-             ORDER BY t_store_ns, stream_id, first_seq"
-        ))?;
-        let (t_store_ns, key, first_seq) = looked_through.unwrap_or((i64::MIN, i64::MIN, i64::MIN));
-        let mut rows = statement.query(params![t_store_ns, key, first_seq, before_ns])?;
+             ORDER BY t_store_ns, stream_id, first_seq",
+        )?;
+        let after = looked.through.unwrap_or((i64::MIN, i64::MIN, i64::MIN));
+        let mut rows = statement.query(params![after.0, after.1, after.2, before_ns])?;
         while self.visits_left > 0 {
             let Some(row) = rows.next()? else { break };
             self.visits_left -= 1;
             let place = (row.get(0)?, row.get(1)?, row.get(2)?);
-            if !row.get::<_, bool>(3)? {
+            if !self.recorded.has(row.get(3)?) {
                 return Ok(Some(place));
             }
-            *looked_through = Some(place);
+            looked.through = Some(place);
+            looked.frames += row.get::<_, i64>(4)?;
+            if place.0 < self.settled_before_ns {
+                *settled = *looked;
+            }
         }
         Ok(None)
     }
@@ -246,15 +306,15 @@ impl Step<'_> {
         reason: Reason,
         allowance: &mut Allowance,
     ) -> Result<()> {
-        let mut statement = self.connection.prepare_cached(&format!(
-            "SELECT last_seq, frames, t_store_ns, {IS_RECORDED} FROM chunks c
-             WHERE stream_id = ? AND first_seq >= ? ORDER BY first_seq"
-        ))?;
+        let mut statement = self.connection.prepare_cached(
+            "SELECT last_seq, frames, t_store_ns, epoch FROM chunks
+             WHERE stream_id = ? AND first_seq >= ? ORDER BY first_seq",
+        )?;
         let mut rows = statement.query(params![key, first_seq])?;
         let (mut last_seq, mut frames) = (first_seq, 0);
         while self.chunks_left > 0 && allowance.0 > 0 {
             let Some(row) = rows.next()? else { break };
-            if row.get::<_, i64>(2)? >= before_ns || row.get::<_, bool>(3)? {
+            if row.get::<_, i64>(2)? >= before_ns || self.recorded.has(row.get(3)?) {
                 break;
             }
             last_seq = row.get(0)?;

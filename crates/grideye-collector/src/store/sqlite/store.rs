@@ -181,6 +181,10 @@ impl FrameStore for SqliteStore {
         self.query(move |connection, _| labels::all(connection, id))
     }
 
+    fn leases(&self) -> Answer<'_, Vec<(RecordingId, i64)>> {
+        self.query(|connection, _| read::leases(connection))
+    }
+
     fn recordings(&self) -> Answer<'_, Vec<Recording>> {
         self.query_settled(|connection, _| read::recordings(connection))
     }
@@ -208,14 +212,15 @@ impl FrameStore for SqliteStore {
     }
 
     fn usage(&self) -> Answer<'_, StoreUsage> {
-        let (deleted_by_age, deleted_by_size) =
-            (load(&self.deleted.by_age), load(&self.deleted.by_size));
+        let deleted = Arc::clone(&self.deleted);
         self.query(move |connection, limits| {
             Ok(StoreUsage {
                 bytes: read::bytes(connection)?,
                 bytes_max: limits.store_bytes_max,
-                deleted_by_age,
-                deleted_by_size,
+                deleted_by_age: load(&deleted.by_age),
+                deleted_by_size: load(&deleted.by_size),
+                held: load(&deleted.held),
+                recordings: read::rows_in_recordings(connection)?,
             })
         })
     }

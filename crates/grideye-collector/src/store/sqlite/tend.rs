@@ -1,12 +1,14 @@
 //! Seals and deletes old rows, a little at a time between two groups of batches. Ages are in store time (`time.rs`).
 
 use crate::limits::Limits;
+use crate::log::{Level, LogEvent};
 use crate::store::error::Result;
 use crate::store::segment::{self, SealedRow};
 use crate::store::sqlite::read;
-use crate::store::sqlite::retain::{Deleted, Retention};
+use crate::store::sqlite::retain::{Deleted, DeletedCounts, Retention};
 use crate::store::sqlite::time::{self, nanoseconds};
 use rusqlite::{Connection, params};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// Target rows of a segment: four minutes of a sensor at 10 Hz.
@@ -30,6 +32,8 @@ pub(super) struct Tender {
     at: i64,
     next_step_ns: i64,
     retention: Retention,
+    /// The frames held by recordings, as last logged.
+    held_said: i64,
 }
 
 impl Tender {
@@ -55,6 +59,30 @@ impl Tender {
             self.next_step_ns = now_ns.saturating_add(ROUND_EVERY_NS);
         }
         Ok(deleted)
+    }
+
+    /// After a round, publishes how many frames are kept only because recordings hold them; returns an event when there
+    /// are some for the first time, and whenever their number has doubled.
+    pub(super) fn held(&mut self, counts: &DeletedCounts) -> Option<LogEvent> {
+        if self.is_in_round {
+            return None;
+        }
+        let held = self.retention.held();
+        counts.held.store(held.unsigned_abs(), Ordering::Relaxed);
+        let is_more = held > self.held_said.saturating_mul(2);
+        is_more.then(|| {
+            self.held_said = held;
+            LogEvent::new(Level::Warning, "frames_held")
+                .with("frames", held)
+                .with("by", "recordings")
+                .with("hint", "delete recordings that are no longer needed")
+        })
+    }
+
+    /// A recording was deleted.
+    pub(super) fn look_through_all_again(&mut self) {
+        self.held_said = 0;
+        self.retention.look_through_all_again();
     }
 
     /// Seals a little of what is older than `seal_after`; returns whether this round is finished.

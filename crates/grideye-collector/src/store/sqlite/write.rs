@@ -151,6 +151,9 @@ impl Writer {
                     self.deleted.add(&part);
                     self.log.say(&part.event());
                 }
+                if let Some(event) = self.tender.held(&self.deleted) {
+                    self.log.say(&event);
+                }
             }
             Err(error) => {
                 // The deletion may still have been committed.
@@ -163,46 +166,43 @@ impl Writer {
     fn change(&mut self, change: Change) {
         let (recordings_max, labels_max) = (self.limits.recordings_max, self.limits.labels_max);
         match change {
-            Change::Start(name, t_start_ns, reply) => {
-                let done = self.settled(|file| start(file, &name, t_start_ns, recordings_max));
-                self.answer(reply, done, true);
-            }
+            Change::Start(name, t_start_ns, reply) => self.do_and_answer(reply, true, |file| {
+                start(file, &name, t_start_ns, recordings_max)
+            }),
             Change::Stop(id, t_stop_ns, reply) => {
-                let done = self.settled(|file| stop(file, id, t_stop_ns));
-                self.answer(reply, done, true);
+                self.do_and_answer(reply, true, |file| stop(file, id, t_stop_ns));
             }
             Change::Note(id, note, reply) => {
-                let done = self.settled(|file| write_note(file, id, &note));
-                self.answer(reply, done, true);
+                self.do_and_answer(reply, true, |file| write_note(file, id, &note));
+            }
+            Change::Renew(id, reply) => self.do_and_answer(reply, true, |file| renew(file, id)),
+            Change::Delete(id, reply) => {
+                self.do_and_answer(reply, true, |file| delete(file, id));
+                self.tender.look_through_all_again();
             }
             Change::AddLabel(id, label, reply) => {
-                let done = self.settled(|file| labels::add(file, id, label, labels_max));
-                self.answer(reply, done, true);
+                self.do_and_answer(reply, true, |file| labels::add(file, id, label, labels_max))
             }
             Change::RemoveLabel(id, number, reply) => {
-                let done = self.settled(|file| labels::remove(file, id, number));
-                self.answer(reply, done, true);
+                self.do_and_answer(reply, true, |file| labels::remove(file, id, number));
             }
             Change::AskForTokens(is_asking, reply) => {
-                let done = commit(&self.connection, &mut self.presence, |file| {
-                    ask_for_tokens(file, is_asking)
-                });
-                self.answer(reply, done, false);
+                self.do_and_answer(reply, false, |file| ask_for_tokens(file, is_asking));
             }
-            Change::EndEpoch(reply) => {
-                let done = self.settled(end_epoch);
-                self.answer(reply, done, false);
-            }
-            Change::Settle(reply) => {
-                let done = self.settled(|_file| Ok(()));
-                self.answer(reply, done, false);
-            }
+            Change::EndEpoch(reply) => self.do_and_answer(reply, false, end_epoch),
+            Change::Settle(reply) => self.do_and_answer(reply, false, |_file| Ok(())),
         }
     }
 
     /// Replies to the caller of a change, and notes whether the result shows that the store is writable: not if there
     /// was nothing to move, and not if the request's content was rejected.
-    fn answer<T>(&self, reply: Reply<T>, done: Result<T>, shows_a_write: bool) {
+    fn do_and_answer<T>(
+        &mut self,
+        reply: Reply<T>,
+        shows_a_write: bool,
+        work: impl FnOnce(&Connection) -> Result<T>,
+    ) {
+        let done = self.settled(work);
         let error = done.as_ref().err();
         if error.map_or(shows_a_write, is_of_the_database) {
             self.fault.set(error.cloned());
@@ -301,29 +301,68 @@ fn start(
             running,
         });
     }
-    let recordings: i64 =
-        connection.query_row("SELECT count(*) FROM recordings", [], |row| row.get(0))?;
-    if recordings >= count(recordings_max) {
+    if read::rows_in_recordings(connection)? >= count(recordings_max).unsigned_abs() {
         return Err(StoreError::TooManyRecordings(recordings_max));
     }
+    let id = next_id(connection)?;
     connection
-        .prepare_cached("INSERT INTO recordings (name, t_start_ns, after_epoch) VALUES (?, ?, ?)")?
-        .execute(params![name, t_start_ns, end_epoch(connection)?])?;
-    read::recording(connection, RecordingId(connection.last_insert_rowid()))
+        .prepare_cached(
+            "INSERT INTO recordings (id, name, t_start_ns, after_epoch) VALUES (?, ?, ?, ?)",
+        )?
+        .execute(params![id, name, t_start_ns, end_epoch(connection)?])?;
+    read::recording(connection, RecordingId(id))
+}
+
+/// A number is not given again, even if the newest recording was deleted.
+fn next_id(connection: &Connection) -> Result<i64> {
+    let sql = "SELECT 1 + max(coalesce(max(id), 0), coalesce(
+                   (SELECT CAST(substr(fact, 11) AS INTEGER) FROM facts WHERE fact GLOB 'recording *'), 0))
+               FROM recordings";
+    Ok(connection.query_row(sql, [], |row| row.get(0))?)
+}
+
+fn running(connection: &Connection, id: RecordingId) -> Result<()> {
+    let recording = read::recording(connection, id)?;
+    match recording.t_stop_ns {
+        None => Ok(()),
+        Some(_) => Err(StoreError::NotRunning {
+            id,
+            name: recording.name,
+        }),
+    }
 }
 
 fn stop(connection: &Connection, id: RecordingId, t_stop_ns: i64) -> Result<Recording> {
-    let recording = read::recording(connection, id)?;
-    if recording.t_stop_ns.is_some() {
-        return Err(StoreError::NotRunning {
-            id,
-            name: recording.name,
-        });
-    }
+    running(connection, id)?;
     connection
         .prepare_cached("UPDATE recordings SET t_stop_ns = ?, through_epoch = ? WHERE id = ?")?
         .execute(params![t_stop_ns, end_epoch(connection)?, id.0])?;
+    connection.execute("DELETE FROM leases WHERE recording_id = ?", [id.0])?;
     read::recording(connection, id)
+}
+
+fn renew(connection: &Connection, id: RecordingId) -> Result<()> {
+    running(connection, id)?;
+    let sql = "INSERT INTO leases VALUES (?, 1) ON CONFLICT DO UPDATE SET renewals = renewals + 1";
+    connection.execute(sql, [id.0])?;
+    Ok(())
+}
+
+fn delete(connection: &Connection, id: RecordingId) -> Result<()> {
+    read::recording(connection, id)?;
+    let last = next_id(connection)? - 1;
+    connection.execute("DELETE FROM facts WHERE fact GLOB 'recording *'", [])?;
+    let sql = "INSERT INTO facts VALUES (format('recording %d was the last to start', ?))";
+    connection.execute(sql, [last])?;
+    for sql in [
+        "DELETE FROM leases WHERE recording_id = ?",
+        "DELETE FROM notes WHERE recording_id = ?",
+        "DELETE FROM labels WHERE recording_id = ?",
+        "DELETE FROM recordings WHERE id = ?",
+    ] {
+        connection.execute(sql, [id.0])?;
+    }
+    Ok(())
 }
 
 fn ask_for_tokens(connection: &Connection, is_asking: bool) -> Result<bool> {

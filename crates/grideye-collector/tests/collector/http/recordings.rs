@@ -3,7 +3,7 @@
 use crate::batches::{batch, frame, missing, numbered, part};
 use crate::server::{Reply, START_UTC_NS, Server};
 use axum::http::{StatusCode, header};
-use grideye_collector::Limits;
+use grideye_collector::{FrameStore as _, Limits};
 use grideye_frame::NoData;
 use grideye_recording::csv::Reader;
 use serde_json::json;
@@ -153,4 +153,81 @@ async fn recordings_that_are_not_there_cannot_be_stopped_or_read() {
         server.post("/v1/recordings/1/stop", "").await.error(),
         (409, "not_running".to_owned(), None)
     );
+}
+
+#[tokio::test]
+async fn a_recording_is_deleted_once_and_its_frames_stay() {
+    let server = Server::new().await;
+    start(&server, "kitchen").await;
+    server.frames(&numbered(0..3)).await;
+    let deleted = server.delete("/v1/recordings/1").await;
+    assert_eq!((deleted.status.as_u16(), deleted.body.len()), (204, 0));
+    let file = server.post("/v1/recordings/1.csv", "").await;
+    assert_eq!(file.headers[header::ALLOW], "GET,HEAD");
+    let itself = server.post("/v1/recordings/1", "").await;
+    assert_eq!(itself.headers[header::ALLOW], "GET,HEAD,DELETE");
+    for path in ["/v1/recordings/1", "/v1/recordings/1.csv"] {
+        assert_eq!(server.get(path).await.error().0, 404, "{path}");
+        assert_eq!(server.delete(path).await.error().0, 404, "{path}");
+    }
+    let stored = &server.get("/v1/audit").await.json()["streams"][0]["stored"];
+    assert_eq!(stored, 3);
+    // Its name is free, its number is not.
+    assert_eq!(start(&server, "kitchen").await.json()["id"], 2);
+}
+
+/// Whether recording 1 runs, after the collector has had time to look.
+async fn runs(server: &Server) -> bool {
+    tokio::time::sleep(Duration::from_millis(4500)).await;
+    let recording = server.get("/v1/recordings/1").await.json();
+    recording["running"].as_bool().unwrap()
+}
+
+#[tokio::test]
+async fn a_recording_that_nobody_renews_any_more_ends_and_one_without_a_lease_goes_on() {
+    let server = Server::new().await;
+    for name in ["by a program", "by a person"] {
+        assert_eq!(start(&server, name).await.status, StatusCode::CREATED);
+    }
+    let renew = async || server.post("/v1/recordings/1/renew", "").await;
+    let lease_s = renew().await.json()["lease_s"].as_u64().unwrap();
+    let lease = Duration::from_secs(lease_s);
+    assert!(runs(&server).await);
+    server.clock.pass(lease - Duration::from_secs(1));
+    assert_eq!(renew().await.status, StatusCode::OK);
+    assert!(runs(&server).await);
+    server.clock.pass(lease - Duration::from_secs(1));
+    assert!(runs(&server).await);
+    server.clock.pass(Duration::from_secs(1));
+    assert!(!runs(&server).await);
+    assert_eq!(renew().await.error().1, "not_running");
+    let other = server.get("/v1/recordings/2").await.json();
+    assert_eq!(other["running"], true);
+}
+
+#[tokio::test]
+async fn the_last_recording_is_announced_long_before_and_makes_room_by_a_deletion() {
+    let server = Server::new().await;
+    let most = Limits::default().recordings_max;
+    let warns = async || {
+        let said = server.get("/healthz").await.json()["warnings"].to_string();
+        said.contains("recordings: ")
+    };
+    for number in 1..=most {
+        let name = format!("r{number}");
+        server.store.start_recording(name, 1).await.unwrap();
+        if number == most / 5 * 4 - 1 {
+            assert!(!warns().await);
+        }
+    }
+    assert!(warns().await);
+    let metrics = server.get("/metrics").await.body;
+    let line = format!("grideye_limit_used{{limit=\"recordings\"}} {most}\n");
+    assert!(String::from_utf8_lossy(&metrics).contains(&line));
+    let refused = start(&server, "one more").await;
+    assert_eq!(refused.error().1, "too_many_recordings");
+    let hint = refused.json()["error"]["hint"].to_string();
+    assert!(hint.contains("grideye record NAME --delete"), "{hint}");
+    assert_eq!(server.delete("/v1/recordings/17").await.status, 204);
+    assert_eq!(start(&server, "one more").await.status, StatusCode::CREATED);
 }

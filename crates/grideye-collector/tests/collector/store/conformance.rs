@@ -60,6 +60,8 @@ conformance! {
     a_recording_is_stopped_once
     a_note_is_kept_until_another_replaces_it
     labels_are_kept_in_their_order_until_they_are_taken_away
+    a_deleted_recording_is_gone_and_its_number_is_not_given_again
+    a_lease_counts_its_renewals_until_the_recording_ends
     streams_are_limited
     recordings_are_limited
     the_newest_record_is_that_of_the_stream_added_to_last

@@ -260,3 +260,67 @@ pub(super) async fn recordings_are_limited(store: &dyn FrameStore) {
     let error = store.start_recording("r4".to_owned(), 1).await.unwrap_err();
     assert!(matches!(error, StoreError::TooManyRecordings(4)), "{error}");
 }
+
+pub(super) async fn a_deleted_recording_is_gone_and_its_number_is_not_given_again(
+    store: &dyn FrameStore,
+) {
+    let start = async |name: &str| store.start_recording(name.to_owned(), 1).await.unwrap().id;
+    let (first, second) = (start("first").await, start("second").await);
+    append(store, numbered(0..3)).await;
+    let span = LabelSpan {
+        device: "pi-1".to_owned(),
+        sensor: "s1".to_owned(),
+        boot: "b1".to_owned(),
+        first_seq: 0,
+        last_seq: 1,
+    };
+    let label = Label {
+        name: "somebody".to_owned(),
+        spans: vec![span],
+    };
+    store.add_label(second, label).await.unwrap();
+    let noted = store.note_recording(second, "of the second".to_owned());
+    noted.await.unwrap();
+    store.renew_recording(second).await.unwrap();
+    let before = store.streams().await.unwrap();
+    store.delete_recording(second).await.unwrap();
+    for unknown in [
+        store.delete_recording(second).await,
+        store.stop_recording(second, 2).await.map(drop),
+        store.renew_recording(second).await,
+        store.labels(second).await.map(drop),
+        store.members(second).await.map(drop),
+    ] {
+        assert!(matches!(unknown, Err(StoreError::NoSuchRecording(_))));
+    }
+    assert_eq!(store.leases().await.unwrap(), []);
+    // The frames stay, and the other recording has them.
+    assert_eq!(store.streams().await.unwrap(), before);
+    let left = store.recordings().await.unwrap();
+    assert_eq!((left.len(), left[0].id, left[0].frames), (1, first, 3));
+    // A repeated request to delete it must not meet another one.
+    let third = start("second").await;
+    assert_eq!((second, third), (RecordingId(2), RecordingId(3)));
+    store.delete_recording(third).await.unwrap();
+    store.delete_recording(first).await.unwrap();
+    assert_eq!(start("fourth").await, RecordingId(4));
+    let fourth = store.members(RecordingId(4)).await.unwrap();
+    assert_eq!((&*fourth.recording.note, fourth.spans.len()), ("", 0));
+    assert_eq!(store.labels(RecordingId(4)).await.unwrap(), []);
+}
+
+pub(super) async fn a_lease_counts_its_renewals_until_the_recording_ends(store: &dyn FrameStore) {
+    let first = store.start_recording("first".to_owned(), 1).await.unwrap();
+    let second = store.start_recording("second".to_owned(), 1).await.unwrap();
+    assert_eq!(store.leases().await.unwrap(), []);
+    for renewals in 1..4 {
+        store.renew_recording(second.id).await.unwrap();
+        assert_eq!(store.leases().await.unwrap(), [(second.id, renewals)]);
+    }
+    store.stop_recording(second.id, 2).await.unwrap();
+    assert_eq!(store.leases().await.unwrap(), []);
+    let ended = store.renew_recording(second.id).await;
+    assert!(matches!(ended, Err(StoreError::NotRunning { .. })));
+    let running = store.members(first.id).await.unwrap().recording;
+    assert_eq!(running.t_stop_ns, None);
+}
