@@ -4,13 +4,16 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// The counts of all streams, and the device names that several agents use.
+/// The counts of the streams added to last, and the device names that several agents use.
 #[derive(Debug, Clone, Deserialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Accounts {
     pub streams: Vec<Account>,
     #[serde(default)]
     pub rivals: Vec<Rivals>,
+    /// Further streams that were added to longer ago.
+    #[serde(default)]
+    pub unlisted: u64,
 }
 
 /// The counts of one stream. The agent's own are `None` if its frames came without them.

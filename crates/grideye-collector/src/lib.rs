@@ -39,6 +39,7 @@ mod peer;
 mod percent;
 mod rates;
 mod router;
+mod sender;
 mod server;
 pub mod store;
 

@@ -46,8 +46,13 @@ pub struct Limits {
     pub follow_every: Duration,
     /// The store's connections for reading.
     pub readers_max: usize,
-    /// Streams (device, sensor, boot) in the store. One more gets 507.
-    pub streams_max: usize,
+    /// Streams (device, sensor, boot) in a list: those added to last. The store may have more.
+    pub streams_listed_max: usize,
+    /// New streams per second with one token (from one address, if tokens are not required), in the long run. A batch of
+    /// one more gets 429.
+    pub new_streams_per_second_max: u32,
+    /// New streams at once with one token.
+    pub new_streams_burst_max: u32,
     /// Gaps listed for a sensor in a response: the newest.
     pub gaps_listed_max: usize,
     /// Recordings in the store. One more gets 507.
@@ -68,7 +73,7 @@ pub struct Limits {
     pub playback_rows_max: u64,
     /// Rows that a download reads from the store at once.
     pub page_rows: usize,
-    /// Sensors with live state. Frames of one more get 507.
+    /// Sensors with live state. One more displaces the one that was silent longest.
     pub sensors_max: usize,
     /// Bytes of the store's file; a write beyond gets 507. `None`: limited only by the disk.
     pub store_bytes_max: Option<u64>,
@@ -133,7 +138,9 @@ impl Default for Limits {
             store_lock_time_max: Duration::from_secs(5),
             follow_every: Duration::from_secs(1),
             readers_max: 2,
-            streams_max: 20_000,
+            streams_listed_max: 20_000,
+            new_streams_per_second_max: 1,
+            new_streams_burst_max: 4096,
             gaps_listed_max: 64,
             recordings_max: 10_000,
             recording_lease: Duration::from_secs(300),

@@ -39,6 +39,22 @@ impl<K: Eq + Hash> Rates<K> {
 
     /// Takes one request from the caller's bucket; if it is empty, returns the time until it is not.
     pub(crate) fn take(&self, caller: K, now: Duration) -> Result<(), Duration> {
+        self.take_or_look(caller, now, true)
+    }
+
+    /// The same without taking it.
+    pub(crate) fn look(&self, caller: K, now: Duration) -> Result<(), Duration> {
+        self.take_or_look(caller, now, false)
+    }
+
+    /// What the caller who took most has taken.
+    pub(crate) fn most_taken(&self, now: Duration) -> u64 {
+        let full_at = lock(&self.full_at).of.values().max().copied();
+        let taken = full_at.unwrap_or_default().saturating_sub(now).as_nanos();
+        u64::try_from(taken.div_ceil(self.every.as_nanos().max(1))).unwrap_or(u64::MAX)
+    }
+
+    fn take_or_look(&self, caller: K, now: Duration, takes: bool) -> Result<(), Duration> {
         let FullAt { of, of_the_rest } = &mut *lock(&self.full_at);
         if !of.contains_key(&caller) && of.len() >= self.callers_max {
             // A caller with a full bucket can be forgotten.
@@ -52,7 +68,9 @@ impl<K: Eq + Hash> Rates<K> {
         let then_full_at = now.max(*full_at) + self.every;
         match then_full_at.saturating_sub(now + self.burst) {
             Duration::ZERO => {
-                *full_at = then_full_at;
+                if takes {
+                    *full_at = then_full_at;
+                }
                 Ok(())
             }
             wait => Err(wait),

@@ -13,6 +13,9 @@ pub(crate) fn run(options: &Audit) -> Result<Outcome> {
     for rivals in &audit.rivals {
         say(&warning(rivals));
     }
+    if audit.unlisted > 0 {
+        say(&format!("{} older boots are not listed", audit.unlisted));
+    }
     let rows = audit.streams;
     if options.json {
         outln!("{}", serde_json::to_string_pretty(&rows)?)?;

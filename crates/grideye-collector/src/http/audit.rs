@@ -11,9 +11,11 @@ pub(crate) async fn sensors(State(state): State<AppState>) -> Json<Value> {
     Json(state.0.live.sensors_json())
 }
 
-/// Every stream's counts (read = stored + dropped + spooled), and the devices whose name several agents use.
+/// The counts of the streams added to last (read = stored + dropped + spooled), and the devices whose name several agents use.
 pub(crate) async fn audit(State(state): State<AppState>) -> Result<Json<Value>, Refusal> {
     let streams = state.store().streams().await?;
+    let in_all = state.store().usage().await?.streams;
+    let unlisted = in_all.saturating_sub(u64::try_from(streams.len()).unwrap_or(u64::MAX));
     let unbalanced = streams
         .iter()
         .filter(|stream| stream.unaccounted().is_some_and(|frames| frames != 0))
@@ -23,6 +25,7 @@ pub(crate) async fn audit(State(state): State<AppState>) -> Result<Json<Value>, 
         .map(|stream| Value::Object(stream_json(stream)))
         .collect();
     Ok(Json(
-        json!({ "balanced": unbalanced == 0, "rivals": state.0.live.rivals_json(), "streams": streams }),
+        json!({ "balanced": unbalanced == 0, "rivals": state.0.live.rivals_json(), "unlisted": unlisted,
+            "streams": streams }),
     ))
 }

@@ -1,10 +1,10 @@
 //! Memory for incoming frames: counts bytes that arrived and are not yet on disk, in total and per sender.
 
-use crate::auth::{Caller, TokenId};
+use crate::auth::Caller;
 use crate::http::refusal::Refusal;
 use crate::limits::Limits;
 use crate::lock::lock;
-use crate::peer::AddressGroup;
+use crate::sender::Sender;
 use axum::http::StatusCode;
 use std::collections::HashMap;
 use std::net::IpAddr;
@@ -23,13 +23,6 @@ pub(crate) struct Bodies {
     per_sender_max: usize,
     bytes: AtomicUsize,
     of_senders: Mutex<HashMap<Sender, usize>>,
-}
-
-/// A token, or an address if no token is required.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-enum Sender {
-    Token(TokenId),
-    Group(AddressGroup),
 }
 
 impl Bodies {
@@ -112,11 +105,8 @@ impl Room<'_> {
         Ok(())
     }
 
-    fn sender(&self) -> Sender {
-        match self.caller {
-            Some(Caller::Holder { record, .. }) => Sender::Token(record.id.clone()),
-            Some(Caller::Anyone) | None => Sender::Group(AddressGroup::of(self.peer)),
-        }
+    pub(crate) fn sender(&self) -> Sender {
+        Sender::of(self.caller, self.peer)
     }
 }
 

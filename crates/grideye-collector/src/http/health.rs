@@ -57,6 +57,11 @@ fn limits_used(state: &AppState, usage: Option<StoreUsage>) -> LimitsUsed {
             of(limits.live_clients_max),
         ),
         ("sensors", of(shared.live.sensors_count()), sensors),
+        (
+            "new_boots",
+            shared.new_streams.most_taken(shared.clock.monotonic()),
+            limits.new_streams_burst_max.into(),
+        ),
     ];
     if let Some(usage) = usage {
         used.push(("recordings", usage.recordings, of(limits.recordings_max)));

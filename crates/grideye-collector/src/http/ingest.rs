@@ -17,6 +17,7 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse as _, Response};
 use grideye_recording::wire::{Account, BINARY_TYPE, Batch, SensorBatch, WireError};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// A boot that sent no frame for this long is over, if its agent has begun another.
 const SILENT_NS: u64 = 30_000_000_000;
@@ -58,11 +59,12 @@ async fn take(
     let body = in_body_time(&shared.limits, body).await?;
     let batch = Arc::new(form.read(&body)?);
     check_device(caller, &batch.device)?;
-    if !shared.live.has_room_for(&batch) {
-        return Err(too_many_sensors(shared.limits.sensors_max));
-    }
     let t_arrival_ns = shared.clock.utc_ns();
     let now = shared.clock.monotonic();
+    if !shared.live.shows_boot_of(&batch) {
+        let looked = shared.new_streams.look(room.sender(), now);
+        looked.map_err(too_many_new_streams)?;
+    }
     if let Some(step_ns) = shared.wall_steps.look(t_arrival_ns, now) {
         let event = LogEvent::new(Level::Warning, "clock_stepped");
         let event = event.with("by_s", step_ns / 1_000_000_000);
@@ -70,6 +72,10 @@ async fn take(
     }
     let (store, kept) = (&shared.store, Arc::clone(&batch));
     let appended = store.append(kept, t_arrival_ns).await?;
+    for _new in appended.sensors.iter().filter(|part| part.is_new) {
+        // Of the last batch before there are too many, all streams are taken.
+        let _ = shared.new_streams.take(room.sender(), now);
+    }
     // Kept until here: a batch that waits for the disk takes memory just as its body did.
     drop(room);
     let answer = appended.acknowledgement().map_err(|error| {
@@ -159,8 +165,9 @@ impl Form {
     }
 }
 
-fn too_many_sensors(limit: usize) -> Refusal {
-    let what = format!("the collector already has its maximum of {limit} sensors");
-    Refusal::new(StatusCode::INSUFFICIENT_STORAGE, "too_many_sensors", what)
-        .hint("check that no agent invents names, or raise `sensors_max`")
+fn too_many_new_streams(wait: Duration) -> Refusal {
+    let what = "this sender began too many boots; frames of boots that are known already are taken";
+    Refusal::new(StatusCode::TOO_MANY_REQUESTS, "too_many_boots", what)
+        .hint("look why the agent starts so often (`journalctl -u grideye-agent`), and send this batch again later")
+        .retry_after(wait)
 }

@@ -129,7 +129,6 @@ impl From<StoreError> for Refusal {
             StoreError::NoSuchRecording { .. } => (ABSENT, "no_such_recording"),
             StoreError::NoSuchLabel { .. } => (ABSENT, "no_such_label"),
             StoreError::TooManyLabels { .. } => (FULL, "too_many_labels"),
-            StoreError::TooManyStreams { .. } => (FULL, "too_many_streams"),
             StoreError::TooManyRecordings { .. } => (FULL, "too_many_recordings"),
             StoreError::Full => (FULL, "disk_full"),
             StoreError::QuotaReached { .. } => (FULL, "quota_reached"),

@@ -12,6 +12,7 @@ use crate::live::{Event, Live, NewestFrames};
 use crate::log::{Level, Log, LogEvent, Seldom};
 use crate::peer::AddressGroup;
 use crate::rates::Rates;
+use crate::sender::Sender;
 use crate::store::{FrameStore, News, StoreError};
 use serde_json::json;
 use std::collections::HashMap;
@@ -37,6 +38,8 @@ pub(crate) struct Shared {
     pub(crate) rates: Rates<TokenId>,
     /// For each address that sent no valid token.
     pub(crate) unknown_rates: Rates<AddressGroup>,
+    /// New streams of each sender.
+    pub(crate) new_streams: Rates<Sender>,
     pub(crate) counters: Arc<Counters>,
     pub(crate) seldom: Seldom,
     pub(crate) started_at: Duration,
@@ -101,6 +104,11 @@ impl AppState {
             authenticator: options.authenticator,
             rates: Rates::new(rate, burst, TOKENS_MAX),
             unknown_rates: Rates::new(unknown_rate, unknown_burst, limits.unknown_peers_max),
+            new_streams: Rates::new(
+                limits.new_streams_per_second_max,
+                limits.new_streams_burst_max,
+                TOKENS_MAX,
+            ),
             counters: options.counters,
             seldom: Seldom::new(options.log, limits.log_every),
             started_at: clock.monotonic(),

@@ -1,48 +1,28 @@
 //! A map with one value per sensor, looked up by the names in a batch.
 
-use hashbrown::{Equivalent, HashMap};
+use std::collections::BTreeMap;
 
-#[derive(Debug, PartialEq, Eq, Hash)]
-struct Place {
-    device: String,
-    sensor: String,
-}
-
-/// A borrowed [`Place`]; it can look up the map.
-#[derive(Hash)]
-struct Named<'n> {
-    // In the order of `Place`, so that both hash alike.
-    device: &'n str,
-    sensor: &'n str,
-}
-
-impl Equivalent<Place> for Named<'_> {
-    fn equivalent(&self, place: &Place) -> bool {
-        self.device == place.device && self.sensor == place.sensor
-    }
-}
-
-/// One value per sensor.
+/// One value per sensor, in the order of device and sensor.
 #[derive(Debug)]
-pub(super) struct BySensor<T>(HashMap<Place, T>);
+pub(super) struct BySensor<T>(BTreeMap<String, BTreeMap<String, T>>);
 
 impl<T> Default for BySensor<T> {
     fn default() -> Self {
-        Self(HashMap::new())
+        Self(BTreeMap::new())
     }
 }
 
 impl<T> BySensor<T> {
     pub(super) fn len(&self) -> usize {
-        self.0.len()
+        self.0.values().map(BTreeMap::len).sum()
     }
 
     pub(super) fn get(&self, device: &str, sensor: &str) -> Option<&T> {
-        self.0.get(&Named { device, sensor })
+        self.0.get(device)?.get(sensor)
     }
 
     pub(super) fn get_mut(&mut self, device: &str, sensor: &str) -> Option<&mut T> {
-        self.0.get_mut(&Named { device, sensor })
+        self.0.get_mut(device)?.get_mut(sensor)
     }
 
     /// The sensor's value, or a new one; `None` if it has none and `len_max` sensors are known.
@@ -62,30 +42,48 @@ impl<T> BySensor<T> {
         self.get_mut(device, sensor)
     }
 
+    /// If the sensor is unknown and `len_max` are known, removes the value of the lowest rank.
+    pub(super) fn make_room<R: Ord>(
+        &mut self,
+        device: &str,
+        sensor: &str,
+        len_max: usize,
+        rank: impl Fn(&T) -> R,
+    ) {
+        if self.get(device, sensor).is_none() && self.len() >= len_max {
+            let lowest = self.iter().min_by_key(|(_, _, value)| rank(value));
+            let lowest = lowest.map(|(device, sensor, _)| (device.to_owned(), sensor.to_owned()));
+            if let Some((device, sensor)) = lowest {
+                self.remove(&device, &sensor);
+            }
+        }
+    }
+
     pub(super) fn insert(&mut self, device: &str, sensor: &str, value: T) {
-        let place = Place {
-            device: device.to_owned(),
-            sensor: sensor.to_owned(),
-        };
-        self.0.insert(place, value);
+        let of_device = self.0.entry(device.to_owned()).or_default();
+        of_device.insert(sensor.to_owned(), value);
     }
 
-    pub(super) fn remove(&mut self, device: &str, sensor: &str) {
-        self.0.remove(&Named { device, sensor });
+    fn remove(&mut self, device: &str, sensor: &str) {
+        if let Some(of_device) = self.0.get_mut(device) {
+            of_device.remove(sensor);
+            if of_device.is_empty() {
+                self.0.remove(device);
+            }
+        }
     }
 
-    /// By device and sensor.
     pub(super) fn values(&self) -> impl Iterator<Item = &T> {
-        self.iter().map(|(_, _, value)| value)
+        self.0.values().flat_map(BTreeMap::values)
     }
 
-    /// By device and sensor.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (&str, &str, &T)> {
+    fn iter(&self) -> impl Iterator<Item = (&str, &str, &T)> {
         let all = self.0.iter();
-        let all = all.map(|(place, value)| (place.device.as_str(), place.sensor.as_str(), value));
-        let mut all: Vec<_> = all.collect();
-        all.sort_unstable_by_key(|(device, sensor, _)| (*device, *sensor));
-        all.into_iter()
+        all.flat_map(|(device, sensors)| {
+            sensors
+                .iter()
+                .map(|(sensor, value)| (device.as_str(), sensor.as_str(), value))
+        })
     }
 }
 

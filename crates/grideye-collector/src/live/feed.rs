@@ -65,15 +65,14 @@ impl Live {
         lock(&self.sensors).insert(&id.device, &id.sensor, sensor);
     }
 
-    /// Whether the batch's sensors are known, or there is room for them.
-    pub(crate) fn has_room_for(&self, batch: &Batch) -> bool {
+    /// Whether the batch is of the boot that each of its sensors shows.
+    pub(crate) fn shows_boot_of(&self, batch: &Batch) -> bool {
         let sensors = lock(&self.sensors);
-        let new = batch
-            .sensors
-            .iter()
-            .filter(|part| sensors.get(&batch.device, &part.sensor).is_none())
-            .count();
-        sensors.len() + new <= self.limits.sensors_max
+        let mut parts = batch.sensors.iter();
+        parts.all(|part| {
+            let shown = sensors.get(&batch.device, &part.sensor);
+            shown.is_some_and(|sensor| sensor.stream.id.boot == batch.boot)
+        })
     }
 
     /// Takes in the records just stored, and sends them to listeners.
@@ -130,6 +129,8 @@ impl Live {
     ) -> Option<Value> {
         let (id, most) = (Arc::clone(&stream.id), self.limits.sensors_max);
         let new = || Sensor::new(stream.clone());
+        let heard = |sensor: &Sensor| sensor.newest.map(|newest| newest.measured_ns);
+        sensors.make_room(&id.device, &id.sensor, most, heard);
         let sensor = sensors.get_or_make(&id.device, &id.sensor, most, new)?;
         let shown = sensor.take(stream, arrived, &self.limits);
         sensor

@@ -44,13 +44,7 @@ impl RecentFrames {
     pub fn of(&self, device: &str, sensor: &str) -> Option<(StreamId, Vec<Record>)> {
         let mut sensors = lock(&self.0.sensors);
         let asked = 1 + sensors.values().map(|kept| kept.asked).max().unwrap_or(0);
-        if sensors.get(device, sensor).is_none() && sensors.len() >= self.0.sensors_max {
-            let oldest = sensors.iter().min_by_key(|(_, _, kept)| kept.asked);
-            let oldest = oldest.map(|(device, sensor, _)| (device.to_owned(), sensor.to_owned()));
-            if let Some((device, sensor)) = oldest {
-                sensors.remove(&device, &sensor);
-            }
-        }
+        sensors.make_room(device, sensor, self.0.sensors_max, |kept| kept.asked);
         let kept = sensors.get_or_make(device, sensor, usize::MAX, Kept::default)?;
         kept.asked = asked;
         let run = kept.run.as_ref()?;

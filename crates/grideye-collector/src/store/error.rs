@@ -35,11 +35,6 @@ pub enum StoreError {
         /// The largest value that fits.
         max: u64,
     },
-    /// The limit on streams is reached.
-    #[error(
-        "the store already holds the maximum of {0} streams (device, sensor, boot)\nhint: remove old recordings' devices, or raise `streams_max`"
-    )]
-    TooManyStreams(usize),
     /// The limit on recordings is reached.
     #[error(
         "the store already holds the maximum of {0} recordings\nhint: delete one that is no longer needed, on the page or by `grideye record NAME --delete`; its frames stay until they are too old"

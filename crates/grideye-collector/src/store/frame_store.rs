@@ -25,7 +25,7 @@ pub trait FrameStore: Send + Sync + 'static {
         })
     }
 
-    /// A summary of every stream, ordered by device, sensor, boot.
+    /// Summaries of the streams added to last, at most `streams_listed_max`, ordered by device, sensor, boot.
     fn streams(&self) -> Answer<'_, Vec<StreamSummary>>;
 
     /// For each (device, sensor), the newest record of the stream that frames were added to last.

@@ -82,6 +82,8 @@ pub(super) struct StreamState {
     /// The new frames by their numbers.
     pub(super) fresh: BTreeMap<u64, Arrived>,
     pub(super) is_touched: bool,
+    /// No batch of it was accepted yet.
+    pub(super) is_new: bool,
 }
 
 impl StreamState {
@@ -176,10 +178,7 @@ impl Plan<'_> {
     }
 
     fn check(&self, name: StreamName<'_>, part: &SensorBatch) -> Result<()> {
-        let state = self
-            .streams
-            .get(&name)
-            .ok_or(StoreError::TooManyStreams(self.limits.streams_max))?;
+        let state = self.streams.get(&name).ok_or_else(gone)?;
         if let Some(account) = &part.account {
             fitting("account.read", account.read)?;
         }
@@ -228,10 +227,7 @@ impl Plan<'_> {
         part: &SensorBatch,
     ) -> Result<SensorAppended> {
         let t_arrival_ns = taken.t_arrival_ns;
-        let (id, state) = self
-            .streams
-            .get_key_value_mut(&name)
-            .ok_or_else(|| StoreError::Failed("a stream is gone".to_owned()))?;
+        let (id, state) = self.streams.get_key_value_mut(&name).ok_or_else(gone)?;
         let mut fresh = Vec::with_capacity(part.frames.len());
         let is_behind = state.is_behind(&part.frames);
         for record in &part.frames {
@@ -263,8 +259,13 @@ impl Plan<'_> {
         Ok(SensorAppended {
             stream: state.summary(id, self.limits)?,
             fresh,
+            is_new: std::mem::take(&mut state.is_new),
         })
     }
+}
+
+fn gone() -> StoreError {
+    StoreError::Failed("a stream is gone".to_owned())
 }
 
 /// Batches can arrive out of order: the account with the most frames read is the latest.

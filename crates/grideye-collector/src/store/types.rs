@@ -28,6 +28,8 @@ pub struct StoreUsage {
     pub held: u64,
     /// Recordings.
     pub recordings: u64,
+    /// Streams (device, sensor, boot).
+    pub streams: u64,
 }
 
 /// The result of storing a batch.
@@ -62,6 +64,8 @@ pub struct SensorAppended {
     pub stream: StreamSummary,
     /// The new sequence numbers, ascending; the others were stored before.
     pub fresh: Vec<u64>,
+    /// Whether the stream is new.
+    pub is_new: bool,
 }
 
 /// Counts and state of one stream.

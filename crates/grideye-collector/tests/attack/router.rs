@@ -52,7 +52,6 @@ impl Scene {
             requests_burst_max: u32::MAX,
             unknown_requests_per_second_max: u32::MAX,
             unknown_requests_burst_max: u32::MAX,
-            streams_max: 64,
             sensors_max: 64,
             recordings_max: 16,
             ..Limits::default()

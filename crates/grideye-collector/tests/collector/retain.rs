@@ -1,6 +1,6 @@
 //! What a store deletes for age or size, and what no clock can make it delete.
 
-use crate::batches::{frame, numbered};
+use crate::batches::{account, batch, frame, numbered, part};
 use crate::clocks::{BEGIN_NS, Clocks};
 use crate::postgres;
 use crate::server::{Server, request};
@@ -367,7 +367,7 @@ async fn the_documented_sql_deletes_the_named_days_of_no_recording_and_counts_th
     let text = include_str!("../../README.md");
     let blocks = text.split("```sql\n").skip(1);
     let blocks: Vec<&str> = blocks.filter_map(|rest| rest.split("```").next()).collect();
-    let [look, delete] = blocks[..] else {
+    let [look, delete, forget] = blocks[..] else {
         panic!("{} pieces of SQL", blocks.len());
     };
     let url = cluster.database();
@@ -399,6 +399,24 @@ async fn the_documented_sql_deletes_the_named_days_of_no_recording_and_counts_th
     // Deleted frames stay known.
     append(&store, 0..60, &clocks).await;
     assert_eq!(stream(&store).await.stored, 60);
+    // A boot without frames goes, and a collector that knew it takes it again.
+    let earlier = || {
+        let part = part("s1", (0..5).map(frame).collect());
+        Arc::new(batch("pi-1", "b0", vec![part]))
+    };
+    store.append(earlier(), BEGIN_NS).await.unwrap();
+    append(&store, 60..61, &clocks).await;
+    assert_eq!(store.streams().await.unwrap().len(), 2);
+    let _ = postgres::sql(&url, &named);
+    let _ = postgres::sql(&url, forget);
+    let left = stream(&store).await;
+    assert_eq!((&*left.id.boot, left.stored), ("b1", 61));
+    assert_eq!(store.streams().await.unwrap().len(), 1);
+    let again = store.append(earlier(), BEGIN_NS).await.unwrap();
+    assert_eq!(
+        (again.sensors[0].is_new, again.sensors[0].fresh.len()),
+        (true, 5)
+    );
 }
 
 /// What `--keep-days` and `--keep-bytes` may not delete is said, and goes once the recording is deleted.
@@ -450,4 +468,44 @@ async fn frames_that_only_a_recording_keeps_are_counted_in_log_metric_and_health
         said(0).await;
         assert!(stream(&*store).await.expired > 0, "by age: {is_by_age}");
     }
+}
+
+/// A boot whose frames were all deleted is forgotten, unless it is its sensor's last, or its agent holds more of it.
+#[tokio::test]
+async fn boots_without_frames_go_with_their_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let clocks = Clocks::started_at(BEGIN_NS);
+    let lines = Lines::default();
+    let store = tended(&file(folder.path()), &keep_for(DAY), &clocks, &lines.log());
+    let post = async |boot: &str, spooled: Option<u64>| {
+        let mut part = part("s1", (0..5).map(frame).collect());
+        part.account = spooled.map(|spooled| account(10, 0, spooled));
+        let batch = Arc::new(batch("pi-1", boot, vec![part]));
+        store.append(batch, clocks.utc_ns()).await.unwrap();
+        clocks.pass(MINUTE);
+    };
+    post("first", None).await;
+    post("delivered", Some(5)).await;
+    post("not-delivered", Some(7)).await;
+    let recording = store.start_recording("kept".to_owned(), 1).await;
+    post("recorded", None).await;
+    let id = recording.unwrap().id;
+    store.stop_recording(id, 2).await.unwrap();
+    // The batches of `wait` bring no frames, so that their boot has none to delete.
+    wait(&store, &clocks, 5 * 24, HOUR).await;
+    post("last", None).await;
+    wait(&store, &clocks, 5 * 24, HOUR).await;
+    let left = store.streams().await.unwrap();
+    let left: Vec<_> = left.iter().map(|stream| &*stream.id.boot).collect();
+    assert_eq!(left, ["b1", "last", "not-delivered", "recorded"]);
+    let deleted = lines.of("boot_deleted");
+    let deleted: Vec<_> = deleted.iter().map(|event| field(event, "boot")).collect();
+    assert_eq!(deleted, ["first", "delivered"]);
+    // What comes after all is taken as new, and then "last" is no longer the last.
+    post("first", None).await;
+    wait(&store, &clocks, 2, HOUR).await;
+    let left = store.streams().await.unwrap();
+    let left: Vec<_> = left.iter().map(|stream| &*stream.id.boot).collect();
+    assert_eq!(left, ["b1", "first", "not-delivered", "recorded"]);
+    assert_eq!(store.members(id).await.unwrap().recording.frames, 5);
 }

@@ -47,7 +47,7 @@ pub async fn migrate(
     mut progress: impl FnMut(Stage, u64, u64),
 ) -> Result<Migrated> {
     let limits = Limits {
-        streams_max: usize::MAX,
+        streams_listed_max: usize::MAX,
         recordings_max: usize::MAX,
         ..Limits::default()
     };

@@ -33,7 +33,10 @@ impl From<StoreError> for Undone {
     }
 }
 
-/// The database's numbers of streams, which never change; at most `streams_max`.
+/// Streams whose numbers are held in memory, at most.
+const KNOWN_MAX: usize = 20_000;
+
+/// The database's numbers of streams, which do not change while there is a stream.
 #[derive(Debug, Default)]
 pub(super) struct Known(HashMap<StreamId, i32>);
 
@@ -49,10 +52,11 @@ pub(super) async fn group(
     limits: &Limits,
 ) -> Result<Done, Undone> {
     let work = transact(session, lane, taken, known, limits);
-    let (done, found) = session.transact(work).await?;
-    if known.0.len() + found.len() > limits.streams_max {
+    let transacted = session.transact(work).await;
+    if transacted.is_err() || known.0.len() > KNOWN_MAX {
         known.0.clear();
     }
+    let (done, found) = transacted?;
     known.0.extend(found);
     Ok(done)
 }
@@ -74,8 +78,17 @@ async fn transact(
 
     let names = taken.iter().flat_map(Taken::streams);
     let wanted: BTreeSet<StreamId> = names.map(StreamName::to_id).collect();
-    let (keys, made) = keys(session, &wanted, known, limits).await?;
+    let (keys, made) = keys(session, &wanted, known).await?;
     let mut states = states(session, &keys, taken, limits).await?;
+    if states.len() < keys.len() {
+        return Err(contended("a stream was deleted").into());
+    }
+    for id in &made {
+        states
+            .get_mut(id)
+            .into_iter()
+            .for_each(|state| state.is_new = true);
+    }
     let contents = contents(session, &states, taken).await?;
     let mut plan = Plan {
         streams: &mut states,
@@ -99,12 +112,11 @@ async fn transact(
     Ok((Done { n, appended }, found))
 }
 
-/// The keys of the wanted streams, and the ids just created: new streams are created while there is room.
+/// The keys of the wanted streams, and the ids of those just created.
 async fn keys(
     session: &Session,
     wanted: &BTreeSet<StreamId>,
     known: &Known,
-    limits: &Limits,
 ) -> Result<(BTreeMap<StreamId, Key>, BTreeSet<StreamId>)> {
     let mut keys: BTreeMap<StreamId, Key> = BTreeMap::new();
     for id in wanted {
@@ -114,40 +126,31 @@ async fn keys(
     }
     look_up(session, wanted, &mut keys).await?;
     let mut made = BTreeSet::new();
-    if keys.len() == wanted.len() {
-        return Ok((keys, made));
-    }
-    let sql = "SELECT count(*) FROM grideye.streams";
-    let rows = session.query(sql, &[]).await?;
-    let mut streams: i64 = rows[0].try_get(0)?;
     // In order, so that two collectors that create the same streams never deadlock.
-    let missing: Vec<&StreamId> = wanted.iter().filter(|id| !keys.contains_key(id)).collect();
-    for id in missing {
-        if streams >= count(limits.streams_max) {
-            break;
-        }
+    for id in wanted.iter().filter(|id| !keys.contains_key(id)) {
         // Another collector may create the same stream or take the same number right now: then the insert does nothing.
         let sql = "INSERT INTO grideye.streams (device, stream, sensor, boot, stored, missing, added, t_last_arrival_ns,
                                                 came_since_account, lane, n)
                    SELECT $1, coalesce(max(stream), 0) + 1, $2, $3, 0, 0, 0, 0, 0, 0, 0
                    FROM grideye.streams WHERE device = $1
                    ON CONFLICT DO NOTHING";
-        let added = session
-            .execute(sql, &[&id.device, &id.sensor, &id.boot])
-            .await?;
-        if added == 1 {
+        let name: Parameters<'_> = &[&id.device, &id.sensor, &id.boot];
+        if session.execute(sql, name).await? == 1 {
             made.insert(id.clone());
-            streams += 1;
         }
     }
     look_up(session, wanted, &mut keys).await?;
-    let there = keys.len();
-    if there < wanted.len() && streams < count(limits.streams_max) {
-        // Another stream of the device took the number: start over.
-        let message = "a stream was made at the same moment by another collector".to_owned();
-        return Err(StoreError::Contended(message));
+    if keys.len() < wanted.len() {
+        return Err(contended(
+            "a stream was made at the same moment by another collector",
+        ));
     }
     Ok((keys, made))
+}
+
+/// The group is tried again.
+fn contended(why: &str) -> StoreError {
+    StoreError::Contended(why.to_owned())
 }
 
 async fn look_up(

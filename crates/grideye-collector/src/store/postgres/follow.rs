@@ -53,7 +53,7 @@ struct Follower {
     limits: Limits,
     session: Session,
     seen: Seen,
-    /// The highest number passed on, by device and stream; at most `streams_max`.
+    /// The highest number passed on, by device and stream; at most `streams_listed_max`.
     shown: HashMap<(String, i32), i64>,
     committed: watch::Receiver<(i64, i64)>,
     news: mpsc::Sender<News>,
@@ -132,7 +132,7 @@ impl Follower {
     }
 
     async fn pass_on_streams(&mut self, rows: &[tokio_postgres::Row]) -> Result<()> {
-        if self.shown.len() > self.limits.streams_max {
+        if self.shown.len() > self.limits.streams_listed_max {
             self.shown.clear();
         }
         let (mut changed, mut devices) = (Vec::new(), Vec::new());

@@ -6,7 +6,7 @@ use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::plan::StreamState;
 use crate::store::postgres::session::{NO_THERMISTOR, Parameters, Session};
 use crate::store::row::{count, damaged, unsigned};
-use crate::store::types::{Members, Recording, Span, StoredRecord, StreamSummary};
+use crate::store::types::{Members, Recording, Span, StoreUsage, StoredRecord, StreamSummary};
 use grideye_frame::{NoData, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::record::layout::words_of;
 use grideye_recording::{ClockState, Record, Stamp, StreamId};
@@ -14,13 +14,20 @@ use std::num::TryFromIntError;
 use std::sync::Arc;
 use tokio_postgres::Row;
 
-/// Bytes of the database, and how many recordings there are.
-pub(super) async fn usage(session: &Session) -> Result<(u64, u64)> {
+pub(super) async fn usage(session: &Session, bytes_max: Option<u64>) -> Result<StoreUsage> {
     let sql =
-        "SELECT pg_database_size(current_database()), (SELECT count(*) FROM grideye.recordings)";
+        "SELECT pg_database_size(current_database()), (SELECT count(*) FROM grideye.recordings),
+                      (SELECT count(*) FROM grideye.streams)";
     let row = &session.query(sql, &[]).await?[0];
-    let bytes = unsigned("pg_database_size", row.try_get(0)?)?;
-    Ok((bytes, unsigned("recordings", row.try_get(1)?)?))
+    Ok(StoreUsage {
+        bytes: unsigned("pg_database_size", row.try_get(0)?)?,
+        bytes_max,
+        deleted_by_age: 0,
+        deleted_by_size: 0,
+        held: 0,
+        recordings: unsigned("recordings", row.try_get(1)?)?,
+        streams: unsigned("streams", row.try_get(2)?)?,
+    })
 }
 
 pub(super) async fn leases(session: &Session) -> Result<Vec<(RecordingId, i64)>> {
@@ -42,9 +49,11 @@ pub(super) async fn streams(session: &Session, limits: &Limits) -> Result<Vec<St
                    SELECT array_agg(first_seq) AS firsts, array_agg(last_seq) AS lasts FROM (
                        SELECT first_seq, last_seq FROM grideye.runs
                        WHERE device = s.device AND stream = s.stream ORDER BY first_seq DESC LIMIT $1) newest
-               ) r";
+               ) r WHERE (s.device, s.stream) IN (
+                   SELECT device, stream FROM grideye.streams ORDER BY t_last_arrival_ns DESC LIMIT $2)";
     let newest = count(limits.gaps_listed_max.saturating_add(1));
-    let rows = session.query(sql, &[&newest]).await?;
+    let most = count(limits.streams_listed_max);
+    let rows = session.query(sql, &[&newest, &most]).await?;
     let summaries: Result<Vec<_>, _> = rows.iter().map(|row| summary(row, limits)).collect();
     let mut summaries = summaries?;
     summaries.sort_by(|one, other| one.id.cmp(&other.id));

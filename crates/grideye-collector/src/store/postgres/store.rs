@@ -107,17 +107,8 @@ impl FrameStore for PostgresStore {
     }
 
     fn usage(&self) -> Answer<'_, StoreUsage> {
-        Box::pin(async {
-            let (bytes, recordings) = read::usage(&*self.reader.session().await?).await?;
-            Ok(StoreUsage {
-                bytes,
-                bytes_max: self.limits.store_bytes_max,
-                deleted_by_age: 0,
-                deleted_by_size: 0,
-                held: 0,
-                recordings,
-            })
-        })
+        let bytes_max = self.limits.store_bytes_max;
+        Box::pin(async move { read::usage(&*self.reader.session().await?, bytes_max).await })
     }
 
     fn ping(&self) -> Answer<'_, ()> {

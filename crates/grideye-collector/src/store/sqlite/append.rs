@@ -61,7 +61,7 @@ impl Known {
         if self.version.replace(version) != Some(version) {
             self.streams.clear();
         }
-        let made = self.learn(connection, group, limits)?;
+        let made = self.learn(connection, group)?;
         let contents = self.contents(connection, group)?;
         let mut plan = Plan {
             streams: &mut self.streams,
@@ -87,13 +87,8 @@ impl Known {
         Ok(appended)
     }
 
-    /// Reads the state of the group's unknown streams, and creates new streams while there is room.
-    fn learn(
-        &mut self,
-        connection: &Connection,
-        group: &[Taken],
-        limits: &Limits,
-    ) -> Result<Vec<Arc<StreamId>>> {
+    /// Reads the state of the group's unknown streams, and creates new streams.
+    fn learn(&mut self, connection: &Connection, group: &[Taken]) -> Result<Vec<Arc<StreamId>>> {
         let mut made = Vec::new();
         for name in group.iter().flat_map(Taken::streams) {
             if self.streams.contains_key(&name) {
@@ -104,16 +99,12 @@ impl Known {
                 self.streams.insert(id, state);
                 continue;
             }
-            let streams: i64 =
-                connection.query_row("SELECT count(*) FROM streams", [], |row| row.get(0))?;
-            if streams >= count(limits.streams_max) {
-                continue;
-            }
             connection
                 .prepare_cached("INSERT INTO streams (device, sensor, boot) VALUES (?, ?, ?)")?
                 .execute(params![id.device, id.sensor, id.boot])?;
             let state = StreamState {
                 key: connection.last_insert_rowid(),
+                is_new: true,
                 ..StreamState::default()
             };
             self.streams.insert(Arc::clone(&id), state);

@@ -115,7 +115,7 @@ pub fn backup(
         return Err(BackupError::Itself(out.to_owned()));
     }
     let limits = Limits {
-        streams_max: usize::MAX,
+        streams_listed_max: usize::MAX,
         ..Limits::default()
     };
     let source = open(file, &limits).map_err(unreadable)?;
@@ -234,11 +234,9 @@ impl Books {
             Found::Older(_) => read::LAST_SEQ_OF_OLDER,
             Found::Store | Found::Nothing => read::LAST_SEQ,
         };
-        let recordings: i64 =
-            connection.query_row("SELECT count(*) FROM recordings", [], |row| row.get(0))?;
         Ok(Self {
             streams: read::streams_within(connection, limits, last_seq)?,
-            recordings: recordings.unsigned_abs(),
+            recordings: read::counts(connection)?.0,
         })
     }
 }

@@ -53,10 +53,7 @@ pub(super) fn pending(connection: &Connection) -> Result<Vec<Group>> {
 
 /// Brings the groups into the tables of the present layout, in their order and under their numbers.
 pub(super) fn take_in(connection: &Connection, groups: Vec<Group>) -> Result<()> {
-    let limits = Limits {
-        streams_max: usize::MAX,
-        ..Limits::default()
-    };
+    let limits = Limits::default();
     let t_store_ns = time::kept(connection)?;
     let mut known = Known::default();
     for Group { number, taken } in groups {

@@ -54,10 +54,12 @@ pub(super) fn streams_within(
     last_seq: &str,
 ) -> Result<Vec<StreamSummary>> {
     let mut statement = connection.prepare_cached(&format!(
-        "SELECT {STREAM_COLUMNS}, {last_seq} FROM streams ORDER BY device, sensor, boot"
+        "SELECT {STREAM_COLUMNS}, {last_seq} FROM streams
+         WHERE id IN (SELECT id FROM streams ORDER BY last_group DESC, id DESC LIMIT ?)
+         ORDER BY device, sensor, boot"
     ))?;
     let newest = count(limits.gaps_listed_max.saturating_add(1));
-    let streams = statement.query_and_then([], |row| {
+    let streams = statement.query_and_then([count(limits.streams_listed_max)], |row| {
         let state = state_of(connection, row, newest)?;
         state.summary(&Arc::new(stream_id(row, 1)?), limits)
     })?;
@@ -199,13 +201,14 @@ pub(super) fn recordings(connection: &Connection) -> Result<Vec<Recording>> {
     statement.query_and_then([], all)?.collect()
 }
 
-/// How many recordings there are.
-pub(super) fn rows_in_recordings(connection: &Connection) -> Result<u64> {
-    let sql = "SELECT count(*) FROM recordings";
-    unsigned(
-        "recordings",
-        connection.query_row(sql, [], |row| row.get(0))?,
-    )
+/// How many recordings there are, and how many streams.
+pub(super) fn counts(connection: &Connection) -> Result<(u64, u64)> {
+    let sql = "SELECT (SELECT count(*) FROM recordings), (SELECT count(*) FROM streams)";
+    let counts = connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?;
+    Ok((
+        unsigned("recordings", counts.0)?,
+        unsigned("streams", counts.1)?,
+    ))
 }
 
 pub(super) fn leases(connection: &Connection) -> Result<Vec<(RecordingId, i64)>> {

@@ -8,7 +8,7 @@ use crate::store::error::Result;
 use crate::store::sqlite::read;
 use crate::store::sqlite::time::nanoseconds;
 use grideye_recording::StreamId;
-use rusqlite::{Connection, params};
+use rusqlite::{Connection, OptionalExtension as _, params};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// At most one in this many frames is deleted at once, after a time without deletions.
@@ -63,6 +63,8 @@ enum Reason {
     Age,
     /// The store is larger than [`Limits::keep_bytes`].
     Size,
+    /// It is a boot without frames.
+    Empty,
 }
 
 /// Frames of one stream deleted together.
@@ -77,11 +79,12 @@ pub(super) struct Deleted {
 
 impl Deleted {
     pub(super) fn event(&self) -> LogEvent {
-        let reason = match self.reason {
-            Reason::Age => "age",
-            Reason::Size => "size",
+        let (event, reason) = match self.reason {
+            Reason::Age => ("frames_deleted", "age"),
+            Reason::Size => ("frames_deleted", "size"),
+            Reason::Empty => ("boot_deleted", "empty"),
         };
-        LogEvent::new(Level::Info, "frames_deleted")
+        LogEvent::new(Level::Info, event)
             .with("reason", reason)
             .with("device", &self.id.device)
             .with("sensor", &self.id.sensor)
@@ -106,6 +109,7 @@ impl DeletedCounts {
         let counter = match deleted.reason {
             Reason::Age => &self.by_age,
             Reason::Size => &self.by_size,
+            Reason::Empty => return,
         };
         counter.fetch_add(deleted.frames.unsigned_abs(), Ordering::Relaxed);
     }
@@ -254,6 +258,35 @@ impl Retention {
         let before_ns = now_ns.saturating_sub(keep_ns).div_euclid(grain) * grain;
         (before_ns > self.aged_from_ns).then_some(before_ns)
     }
+}
+
+/// Deletes a boot whose frames were all deleted, if its sensor has a later one and its agent holds no more of it.
+pub(super) fn delete_empty(connection: &Connection, key: i64) -> Result<Option<Deleted>> {
+    let sql = "SELECT device, sensor, boot, last_seq FROM streams s WHERE id = ?1 AND stored + missing > 0
+                   AND (account IS NULL OR account ->> 'ended' OR account ->> 'spooled' <= came_since_account)
+                   AND NOT EXISTS (SELECT * FROM chunks WHERE stream_id = ?1)
+                   AND NOT EXISTS (SELECT * FROM arrivals WHERE stream_id = ?1)
+                   AND EXISTS (SELECT * FROM streams o WHERE o.device = s.device AND o.sensor = s.sensor
+                               AND o.last_group > s.last_group)";
+    let mut statement = connection.prepare_cached(sql)?;
+    let found = statement.query_row([key], |row| Ok((read::stream_id(row, 0)?, row.get(3)?)));
+    let Some((id, last_seq)) = found.optional()? else {
+        return Ok(None);
+    };
+    for sql in [
+        "DELETE FROM runs WHERE stream_id = ?",
+        "DELETE FROM shares WHERE stream_id = ?",
+        "DELETE FROM streams WHERE id = ?",
+    ] {
+        connection.prepare_cached(sql)?.execute([key])?;
+    }
+    Ok(Some(Deleted {
+        reason: Reason::Empty,
+        id,
+        first_seq: 0,
+        last_seq,
+        frames: 0,
+    }))
 }
 
 struct Step<'c> {

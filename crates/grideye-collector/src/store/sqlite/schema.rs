@@ -136,7 +136,7 @@ ALTER TABLE streams ADD COLUMN share_stored INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE streams ADD COLUMN share_missing INTEGER NOT NULL DEFAULT 0;
 ";
 
-/// Not part of the layout: older versions of this program neither need nor touch these tables. A label is JSON: its
+/// Not part of the layout: older versions of this program neither need nor touch these tables and the index. A label is JSON: its
 /// name and its frames. A fact is a sentence about the store. A running recording with a lease ends if it is not renewed.
 pub(super) const WRITTEN: &str = "
 CREATE TABLE IF NOT EXISTS notes (
@@ -150,6 +150,7 @@ CREATE TABLE IF NOT EXISTS labels (
     PRIMARY KEY (recording_id, number)
 ) STRICT, WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS facts (fact TEXT PRIMARY KEY) STRICT, WITHOUT ROWID;
+CREATE INDEX IF NOT EXISTS shares_of_stream ON shares (stream_id);
 CREATE TABLE IF NOT EXISTS leases (recording_id INTEGER PRIMARY KEY, renewals INTEGER NOT NULL) STRICT;
 ";
 

@@ -214,13 +214,15 @@ impl FrameStore for SqliteStore {
     fn usage(&self) -> Answer<'_, StoreUsage> {
         let deleted = Arc::clone(&self.deleted);
         self.query(move |connection, limits| {
+            let (recordings, streams) = read::counts(connection)?;
             Ok(StoreUsage {
                 bytes: read::bytes(connection)?,
                 bytes_max: limits.store_bytes_max,
                 deleted_by_age: load(&deleted.by_age),
                 deleted_by_size: load(&deleted.by_size),
                 held: load(&deleted.held),
-                recordings: read::rows_in_recordings(connection)?,
+                recordings,
+                streams,
             })
         })
     }

@@ -4,9 +4,9 @@ use crate::limits::Limits;
 use crate::log::{Level, LogEvent};
 use crate::store::error::Result;
 use crate::store::segment::{self, SealedRow};
-use crate::store::sqlite::read;
 use crate::store::sqlite::retain::{Deleted, DeletedCounts, Retention};
 use crate::store::sqlite::time::{self, nanoseconds};
+use crate::store::sqlite::{read, retain};
 use rusqlite::{Connection, params};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -53,8 +53,8 @@ impl Tender {
             self.retention.measure(connection, now_ns, limits)?;
             self.is_in_round = true;
         }
-        let (deleted, is_done) = self.retention.delete(connection, now_ns, limits)?;
-        if is_done && self.seal(connection, (now_ns, limits.seal_after))? {
+        let (mut deleted, is_done) = self.retention.delete(connection, now_ns, limits)?;
+        if is_done && self.seal(connection, now_ns, limits, &mut deleted)? {
             (self.is_in_round, self.at) = (false, 0);
             self.next_step_ns = now_ns.saturating_add(ROUND_EVERY_NS);
         }
@@ -85,10 +85,22 @@ impl Tender {
         self.retention.look_through_all_again();
     }
 
-    /// Seals a little of what is older than `seal_after`; returns whether this round is finished.
-    fn seal(&mut self, connection: &Connection, old: (i64, Duration)) -> Result<bool> {
+    /// Seals a little of what is older than `seal_after`, and deletes boots without frames if frames are deleted; returns
+    /// whether this round is finished.
+    fn seal(
+        &mut self,
+        connection: &Connection,
+        now_ns: i64,
+        limits: &Limits,
+        deleted: &mut Vec<Deleted>,
+    ) -> Result<bool> {
+        let old = (now_ns, limits.seal_after);
+        let deletes = limits.keep_for.is_some() || limits.keep_bytes.is_some();
         let mut sealed = 0;
         for (key, mut sealed_through) in streams_after(connection, self.at)? {
+            if deletes {
+                deleted.extend(retain::delete_empty(connection, key)?);
+            }
             while sealed < SEALED_MAX {
                 match seal_next(connection, key, sealed_through, old)? {
                     Some(through) => sealed_through = through,

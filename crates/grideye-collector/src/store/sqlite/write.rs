@@ -301,7 +301,7 @@ fn start(
             running,
         });
     }
-    if read::rows_in_recordings(connection)? >= count(recordings_max).unsigned_abs() {
+    if read::counts(connection)?.0 >= count(recordings_max).unsigned_abs() {
         return Err(StoreError::TooManyRecordings(recordings_max));
     }
     let id = next_id(connection)?;

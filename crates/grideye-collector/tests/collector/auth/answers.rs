@@ -1,7 +1,8 @@
 //! Rate limits, and what responses, logs and figures reveal.
 
 use crate::auth::server::{HTML, TokenServer, bearer};
-use axum::http::{HeaderMap, header};
+use crate::batches::{batch, frame, part};
+use axum::http::{HeaderMap, Method, header};
 use grideye_collector::Limits;
 use grideye_collector::auth::{Scope, Token};
 use serde_json::{Value, json};
@@ -187,4 +188,27 @@ async fn health_and_metrics_count_what_happened_and_name_no_secret() {
     for token in [&pi, &read] {
         assert!(!text.contains(&token.id().to_string()));
     }
+}
+
+#[tokio::test]
+async fn too_many_boots_of_one_token_cost_no_other_one_anything() {
+    let server = TokenServer::new().await;
+    let (hostile, good) = (server.ingest(&["pi-1"]), server.ingest(&["pi-2"]));
+    let post = async |token: &Token, device: &str, boot: usize| {
+        let sensors = (0..32).map(|sensor| part(&format!("s{sensor}"), vec![frame(0)]));
+        let batch = batch(device, &format!("b{boot}"), sensors.collect());
+        let bearer = format!("Bearer {}", token.reveal());
+        let headers = [("authorization", &*bearer)];
+        let body = batch.to_json().unwrap();
+        server
+            .send(Method::POST, "/v1/frames", &headers, body)
+            .await
+            .code()
+    };
+    for boot in 0..128 {
+        assert_eq!(post(&hostile, "pi-1", boot).await.0, 200, "{boot}");
+    }
+    let refused = post(&hostile, "pi-1", 128).await;
+    assert_eq!(refused, (429, "too_many_boots".to_owned()));
+    assert_eq!(post(&good, "pi-2", 0).await.0, 200);
 }

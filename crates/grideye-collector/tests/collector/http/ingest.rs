@@ -1,12 +1,12 @@
 //! `POST /v1/frames`: what is stored, what is rejected, and its limits.
 
 use crate::batches::{account, batch, counted, flat, frame, numbered, part};
-use crate::server::{Reply, Server, request};
+use crate::server::{Reply, START_UTC_NS, Server, request};
 use axum::body::{Body, Bytes};
 use axum::http::{Method, StatusCode, header};
 use grideye_collector::store::StoreLocation;
 use grideye_collector::{FrameStore, Limits, SqliteStore};
-use grideye_recording::wire::{BINARY_TYPE, FRAMES_MAX};
+use grideye_recording::wire::{BINARY_TYPE, Batch, FRAMES_MAX};
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::Duration;
@@ -197,27 +197,82 @@ async fn another_type_than_json_is_not_guessed_at() {
 }
 
 #[tokio::test]
-async fn sensors_are_limited() {
+async fn a_sensor_more_than_are_shown_displaces_the_one_that_was_silent_longest() {
     let server = Server::with(Limits {
         sensors_max: 2,
         ..Limits::default()
     })
     .await;
-    let two = vec![part("s1", vec![frame(0)]), part("s2", vec![frame(0)])];
-    assert_eq!(
-        server.frames(&batch("pi-1", "b1", two)).await.status,
-        StatusCode::OK
-    );
-    let third = server
-        .frames(&batch("pi-2", "b1", vec![part("s1", vec![frame(0)])]))
-        .await;
-    assert_eq!(third.error(), (507, "too_many_sensors".to_owned(), None));
-    assert_eq!(server.streams().await, 2);
-    assert_eq!(
-        server.frames(&numbered(0..3)).await.status,
-        StatusCode::OK,
-        "known sensors are still accepted"
-    );
+    for (device, sensor) in [("pi-1", "s1"), ("pi-1", "s2"), ("pi-2", "s1")] {
+        let one = batch(device, "b1", vec![part(sensor, vec![frame(0)])]);
+        assert_eq!(server.frames(&one).await.status, StatusCode::OK);
+        server.clock.pass(Duration::from_secs(1));
+    }
+    let shown = server.get("/v1/sensors").await.json();
+    let names = ["s2", "s1"].map(|name| json!(name));
+    let found = shown["sensors"].as_array().unwrap().iter();
+    assert!(found.map(|sensor| &sensor["sensor"]).eq(&names), "{shown}");
+    assert_eq!(server.streams().await, 3);
+}
+
+/// New boots of 32 sensors, one later than the other.
+fn new_boot(device: &str, boot: usize) -> Batch {
+    let seq = u64::try_from(boot).unwrap();
+    let sensors = (0..32).map(|sensor| part(&format!("s{sensor}"), vec![frame(seq)]));
+    batch(device, &format!("b{boot}"), sensors.collect())
+}
+
+#[tokio::test]
+async fn a_store_with_20_000_boots_takes_the_next_one_and_lists_the_newest() {
+    let server = Server::new().await;
+    let most = Limits::default().streams_listed_max;
+    for boot in 0..most / 32 {
+        let batch = Arc::new(new_boot("pi-1", boot));
+        server.store.append(batch, START_UTC_NS).await.unwrap();
+    }
+    assert_eq!(server.streams().await, most);
+    let next = server.frames(&new_boot("pi-1", most)).await;
+    assert_eq!(next.status, StatusCode::OK);
+    let audit = server.get("/v1/audit").await.json();
+    assert_eq!(audit["unlisted"], 32);
+    let streams = audit["streams"].as_array().unwrap();
+    assert_eq!(streams.len(), most);
+    let newest = format!("b{most}");
+    assert!(streams.iter().any(|stream| stream["boot"] == *newest));
+}
+
+#[tokio::test]
+async fn a_sender_of_too_many_boots_waits_and_its_known_boots_go_on() {
+    let server = Server::new().await;
+    let warned = async || server.get("/healthz").await.json()["warnings"].to_string();
+    let mut taken = 0;
+    let refused = loop {
+        let reply = server.frames(&new_boot("pi-1", taken)).await;
+        if reply.status != StatusCode::OK {
+            break reply;
+        }
+        taken += 1;
+        assert!(taken <= 200);
+        // The next one is newer.
+        server.clock.pass(Duration::from_millis(1));
+        // At four fifths of the limit.
+        assert_eq!(
+            warned().await.contains("new_boots"),
+            5 * 32 * taken >= 4 * 4096,
+            "{taken}"
+        );
+    };
+    assert_eq!(taken, 128);
+    assert_eq!(refused.error().1, "too_many_boots");
+    assert_eq!(refused.headers[header::RETRY_AFTER], "1");
+    let mut known = new_boot("pi-1", taken - 1);
+    for part in &mut known.sensors {
+        part.frames = vec![frame(1000)];
+    }
+    assert_eq!(server.frames(&known).await.status, StatusCode::OK);
+    server.clock.pass(Duration::from_secs(1));
+    let later = server.frames(&new_boot("pi-1", taken)).await;
+    assert_eq!(later.status, StatusCode::OK);
 }
 
 /// A body that never ends.

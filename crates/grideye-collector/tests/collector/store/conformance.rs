@@ -62,7 +62,7 @@ conformance! {
     labels_are_kept_in_their_order_until_they_are_taken_away
     a_deleted_recording_is_gone_and_its_number_is_not_given_again
     a_lease_counts_its_renewals_until_the_recording_ends
-    streams_are_limited
+    of_many_streams_those_added_to_last_are_listed
     recordings_are_limited
     the_newest_record_is_that_of_the_stream_added_to_last
     many_at_once_are_all_kept

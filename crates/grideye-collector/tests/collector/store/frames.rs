@@ -229,23 +229,25 @@ pub(super) async fn missing_frames_are_rows_with_their_reason(store: &dyn FrameS
     );
 }
 
-pub(super) async fn streams_are_limited(store: &dyn FrameStore) {
-    for boot in 0..6 {
-        append(
-            store,
-            batch(
-                "pi-1",
-                &format!("b{boot}"),
-                vec![part("s1", vec![frame(0)])],
-            ),
-        )
-        .await;
+pub(super) async fn of_many_streams_those_added_to_last_are_listed(store: &dyn FrameStore) {
+    let add = async |boot: u64, seq: u64, t_arrival_ns: i64| {
+        let part = part("s1", vec![frame(seq)]);
+        let batch = batch("pi-1", &format!("b{boot}"), vec![part]);
+        let appended = store.append(Arc::new(batch), t_arrival_ns).await.unwrap();
+        appended.sensors[0].is_new
+    };
+    let listed = async || {
+        let streams = store.streams().await.unwrap();
+        let boots = streams.iter().map(|stream| stream.id.boot.clone());
+        boots.collect::<Vec<_>>()
+    };
+    for boot in 0..7 {
+        assert!(add(boot, 0, i64::try_from(boot).unwrap()).await);
     }
-    let seventh = batch("pi-1", "b6", vec![part("s1", vec![frame(0)])]);
-    let error = store.append(Arc::new(seventh), 1).await.unwrap_err();
-    assert!(matches!(error, StoreError::TooManyStreams(6)), "{error}");
-    append(store, batch("pi-1", "b0", vec![part("s1", vec![frame(1)])])).await;
-    assert_eq!(store.streams().await.unwrap().len(), 6);
+    assert_eq!(listed().await, ["b1", "b2", "b3", "b4", "b5", "b6"]);
+    assert!(!add(0, 1, 8).await);
+    assert_eq!(listed().await, ["b0", "b2", "b3", "b4", "b5", "b6"]);
+    assert_eq!(store.usage().await.unwrap().streams, 7);
 }
 
 pub(super) async fn the_newest_record_is_that_of_the_stream_added_to_last(store: &dyn FrameStore) {

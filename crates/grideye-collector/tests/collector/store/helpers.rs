@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub(super) fn limits() -> Limits {
     Limits {
         gaps_listed_max: 3,
-        streams_max: 6,
+        streams_listed_max: 6,
         recordings_max: 4,
         labels_max: 3,
         ..Limits::default()
