@@ -6,18 +6,19 @@
 //! ```
 //!
 //! A silent connection has sent no complete header. An established one has shown a valid token or, if none is required,
-//! had a successful response. A newcomer from an address group at its limit displaces a connection of that group;
+//! had a successful response; those of one token (or address) are at most as many as are not established. A newcomer from an address group at its limit displaces a connection of that group;
 //! otherwise one of the group that has the most of that kind.
 
 use crate::counters::{Counters, add};
 use crate::limits::Limits;
 use crate::lock::lock;
 use crate::peer::AddressGroup;
+use crate::shares::{Sender, Share, Shares};
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, HashMap};
 use std::net::IpAddr;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, OnceLock};
 use tokio::task::AbortHandle;
 
 /// A connection's state, in the order of displacement.
@@ -44,6 +45,7 @@ impl Standing {
 
 pub(crate) struct Connections {
     places: Mutex<Places>,
+    established: Arc<Shares>,
     counters: Arc<Counters>,
 }
 
@@ -51,6 +53,7 @@ impl Connections {
     pub(crate) fn new(limits: &Limits, counters: Arc<Counters>) -> Self {
         Self {
             places: Mutex::new(Places::new(limits)),
+            established: Shares::new(limits.connections_max, usize::MAX),
             counters,
         }
     }
@@ -81,7 +84,7 @@ impl Connections {
         let connection = Connection {
             all: Arc::clone(self),
             number,
-            is_established: AtomicBool::new(false),
+            established: OnceLock::new(),
         };
         Some((connection, displaced.map(|place| place.group)))
     }
@@ -97,8 +100,8 @@ impl Connections {
 pub(crate) struct Connection {
     all: Arc<Connections>,
     number: u64,
-    /// Read without the lock: requests of an established connection never take it.
-    is_established: AtomicBool,
+    /// Read without a lock: requests of an established connection take none.
+    established: OnceLock<Share>,
 }
 
 impl Connection {
@@ -111,7 +114,7 @@ impl Connection {
     }
 
     pub(crate) fn is_established(&self) -> bool {
-        self.is_established.load(Ordering::Relaxed)
+        self.established.get().is_some()
     }
 
     /// A complete header arrived.
@@ -123,10 +126,16 @@ impl Connection {
         self.comes_to(Standing::Idle);
     }
 
-    /// From now on it is never displaced.
-    pub(crate) fn establish(&self) {
-        self.comes_to(Standing::Established);
-        self.is_established.store(true, Ordering::Relaxed);
+    /// From now on it is never displaced, unless too many of its sender's are established.
+    pub(crate) fn establish(&self, sender: impl FnOnce() -> Sender) {
+        if self.is_established() {
+            return;
+        }
+        if let Ok(share) = self.all.established.take(sender(), 1) {
+            self.comes_to(Standing::Established);
+            // One request at a time is answered on a connection.
+            let _ = self.established.set(share);
+        }
     }
 
     fn comes_to(&self, standing: Standing) {
@@ -292,6 +301,17 @@ mod tests {
         fn of(&self, number: usize) -> &Connection {
             &self.open[number]
         }
+
+        /// Each is of a sender of its own.
+        fn establish(&self, number: usize) {
+            let last = u8::try_from(number).unwrap();
+            self.of(number)
+                .establish(|| Sender::of(None, [10, 9, 9, last].into()));
+        }
+
+        fn establish_last(&self) {
+            self.establish(self.open.len() - 1);
+        }
     }
 
     #[test]
@@ -306,17 +326,17 @@ mod tests {
             scene.of(number).is_answered();
         }
         scene.of(4).asks();
-        scene.of(4).establish();
+        scene.establish(4);
         scene.of(4).is_answered();
         for makes_room in [3, 5] {
             assert_eq!(scene.comes(A), Some(vec![makes_room]));
-            scene.open.last().unwrap().establish();
+            scene.establish_last();
         }
         // A connection that sends another request is not idle.
         scene.of(1).asks();
         for makes_room in [2, 0, 1] {
             assert_eq!(scene.comes(A), Some(vec![makes_room]));
-            scene.open.last().unwrap().establish();
+            scene.establish_last();
         }
         assert_eq!(scene.comes(A), None, "all are established");
         assert_eq!(scene.comes(B), None, "all are established");
@@ -338,9 +358,9 @@ mod tests {
             assert_eq!(scene.comes(from), Some(vec![]));
         }
         assert_eq!(scene.comes(A), Some(vec![1]));
-        scene.of(2).establish();
+        scene.establish(2);
         assert_eq!(scene.comes(A), Some(vec![4]));
-        scene.open.last().unwrap().establish();
+        scene.establish_last();
         assert_eq!(scene.comes(A), None);
         assert_eq!(scene.comes(C), Some(vec![]));
         assert!(scene.all.admit(A, true).is_some(), "a trusted proxy");
@@ -353,7 +373,7 @@ mod tests {
             assert_eq!(scene.comes(from), Some(vec![]));
         }
         // A's two are no attack: now B has the most silent ones.
-        scene.of(1).establish();
+        scene.establish(1);
         scene.of(2).asks();
         assert_eq!(scene.comes(A), Some(vec![4]));
         // A has two silent ones, B and C one each.
@@ -361,6 +381,31 @@ mod tests {
         // B has two now.
         assert_eq!(scene.comes(C), Some(vec![5]));
         assert_eq!(scene.comes(C), Some(vec![0]));
+    }
+
+    #[test]
+    fn all_connections_of_one_sender_leave_room_for_others() {
+        let limits = Limits::default();
+        let mut scene = Scene::new(limits.connections_max, limits.connections_per_peer_max);
+        let hostile = || Sender::of(None, [10, 9, 9, 9].into());
+        for from in [A, B] {
+            for _ in 0..limits.connections_max / 2 {
+                assert_eq!(scene.comes(from), Some(vec![]));
+                let connection = scene.open.last().unwrap();
+                connection.asks();
+                connection.establish(hostile);
+                connection.is_answered();
+            }
+        }
+        // The first half of them stays.
+        let half = u64::try_from(limits.connections_max / 2).unwrap();
+        for number in 0..100 {
+            assert_eq!(scene.comes(C), Some(vec![half + number]));
+            let newcomer = scene.open.last().unwrap();
+            let last = u8::try_from(number).unwrap();
+            newcomer.establish(|| Sender::of(None, [10, 9, 8, last].into()));
+            assert!(newcomer.is_established());
+        }
     }
 
     #[test]
@@ -373,7 +418,7 @@ mod tests {
         let of = |counter| crate::counters::load(counter);
         // The displaced connection learns of it only now, and frees no other place.
         scene.of(0).asks();
-        scene.of(0).establish();
+        scene.establish(0);
         drop(scene.open.remove(0));
         assert_eq!(of(&scene.counters.connections_open), 2);
         assert_eq!(scene.numbers(), BTreeSet::from([1, 2]));

@@ -39,8 +39,8 @@ mod peer;
 mod percent;
 mod rates;
 mod router;
-mod sender;
 mod server;
+mod shares;
 pub mod store;
 
 pub use accounts::{Account, Accounts, Rivals};

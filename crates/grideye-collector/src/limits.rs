@@ -25,7 +25,7 @@ pub struct Limits {
     /// Bytes of all bodies of frames that arrived and are not yet on disk. A request without room gets 503.
     pub bodies_bytes_max: usize,
     /// Such bytes of one token, or of one address if no tokens are required. More gets 429. Bodies up to 4 KiB do not
-    /// count.
+    /// count for either.
     pub bodies_bytes_per_sender_max: usize,
     /// Time from the end of the headers to the first byte of the response; then 504.
     pub handler_time_max: Duration,
@@ -101,8 +101,15 @@ pub struct Limits {
     /// When a file exceeds this size in bytes, the oldest unrecorded frames are deleted: in an hour at most a tenth
     /// plus twice what arrived. `None`: never.
     pub keep_bytes: Option<u64>,
-    /// Clients that follow the live page's events. One more gets 503.
+    /// Clients that follow the live page's events, as many of one token (or address, if no tokens are required) as are
+    /// free. One more gets 503.
     pub live_clients_max: usize,
+    /// Audits answered at once, as many for one token (or address) as are free. One more gets 503.
+    pub audits_max: usize,
+    /// Requests to the program's own routes answered at once. One more gets 503.
+    pub annex_requests_max: usize,
+    /// Such requests of one token, or of one address if no tokens are required.
+    pub annex_requests_per_sender_max: usize,
     /// Events that a live client may lag behind; then it is told how many it missed.
     pub live_lag_max: usize,
     /// Frames of a sensor in one event; of more, the newest.
@@ -164,7 +171,10 @@ impl Default for Limits {
             seal_after: Duration::from_secs(600),
             keep_for: None,
             keep_bytes: None,
-            live_clients_max: 64,
+            live_clients_max: 128,
+            audits_max: 4,
+            annex_requests_max: 64,
+            annex_requests_per_sender_max: 16,
             live_lag_max: 256,
             live_frames_max: 64,
             live_keep_alive: Duration::from_secs(5),

@@ -148,6 +148,7 @@ fn brought<'a>(state: &AppState, annexes: impl Iterator<Item = &'a Annex>) -> Ro
         .fold(Router::new(), Router::merge)
         .layer(DefaultBodyLimit::max(small_body_bytes_max))
         .layer(map_response(in_own_form))
+        .layer(from_fn_with_state(state.clone(), middleware::in_shares))
         .with_state(())
 }
 

@@ -50,6 +50,12 @@ impl Scene {
     /// It is sure of what it says: if too many images would be needed to know, it is silent.
     #[must_use]
     pub fn unseen(&self, sensor: Option<&str>) -> Vec<Unseen> {
+        self.unseen_while(sensor, &|| true)
+    }
+
+    /// The same, and silent about agents once `goes_on` says no.
+    #[must_use]
+    pub fn unseen_while(&self, sensor: Option<&str>, goes_on: &dyn Fn() -> bool) -> Vec<Unseen> {
         let is_asked = |one: &&Sensor| sensor.is_none_or(|name| one.name == name);
         let sensors: Vec<&Sensor> = self.sensors.iter().filter(is_asked).collect();
         let of = |why: Why, name: &str| Unseen {
@@ -68,7 +74,7 @@ impl Scene {
         }
         let mut hidden = here.clone();
         for sensor in &sensors {
-            hidden = self.not_seen_by(sensor, &hidden);
+            hidden = self.not_seen_by(sensor, &hidden, goes_on);
         }
         found.extend(hidden.iter().map(|agent| of(Why::NeverInView, &agent.name)));
         let is_out = |object: &&Body| !sensors.iter().any(|one| self.is_in_view(one, &object.mesh));
@@ -82,7 +88,8 @@ impl Scene {
                 .objects
                 .iter()
                 .any(|body| self.is_in_view(one, &body.mesh));
-            if !is_empty && !sees_objects && self.not_seen_by(one, &here).len() == here.len() {
+            let unseen = || self.not_seen_by(one, &here, goes_on).len();
+            if !is_empty && !sees_objects && unseen() == here.len() {
                 let sensor = None;
                 found.push(Unseen {
                     sensor,
@@ -94,7 +101,12 @@ impl Scene {
     }
 
     /// Those of the agents that the sensor is sure never to see.
-    fn not_seen_by<'a>(&self, sensor: &Sensor, agents: &[&'a Agent]) -> Vec<&'a Agent> {
+    fn not_seen_by<'a>(
+        &self,
+        sensor: &Sensor,
+        agents: &[&'a Agent],
+        goes_on: &dyn Fn() -> bool,
+    ) -> Vec<&'a Agent> {
         let Ok(mut simulator) = Simulator::new(self, &sensor.name) else {
             return Vec::new();
         };
@@ -104,6 +116,9 @@ impl Scene {
         let times = (0..=moments).map(|index| step * u32::try_from(index).unwrap_or(MOMENTS_MAX));
         let (mut images, mut drawn) = (0, Vec::new());
         for time in times {
+            if !goes_on() {
+                return Vec::new();
+            }
             let is_near = |agent: &&&Agent| self.may_be_in_view(sensor, agent, time);
             let near: Vec<&Agent> = pending.iter().filter(is_near).copied().collect();
             let state = |agent: &&Agent| {

@@ -23,7 +23,7 @@ use tokio::signal::unix::{SignalKind, signal};
 
 pub(crate) fn run(options: &Collect) -> Result<Outcome> {
     let runtime = grideye_collector::runtime().context("cannot start the collector's threads")?;
-    runtime.block_on(async {
+    let done = runtime.block_on(async {
         let config = config(options)?;
         let collector = Collector::bind(config).await.map_err(told)?;
         let stop = stop_signal().context("cannot catch Ctrl-C")?;
@@ -32,7 +32,10 @@ pub(crate) fn run(options: &Collect) -> Result<Outcome> {
         collector.serve(stop).await?;
         progress::say("stopped: every acknowledged frame is on disk");
         Ok(Outcome::Done)
-    })
+    });
+    // The store is closed: nobody waits for the answer to a long computation any more.
+    runtime.shutdown_background();
+    done
 }
 
 /// Ready on Ctrl-C or systemd's SIGTERM. Both are caught from this call on, not only once awaited.

@@ -354,9 +354,9 @@ fn a_page_for_which_there_is_no_room_is_told_so_and_comes_in_when_there_is() -> 
     }
     let (server, browser, _folder) = set_up()?;
     browser.open("about:blank")?;
-    // As many as follow at most (`Limits::live_clients_max`), once the page that was left has gone.
+    // As many as one address may have (half of `Limits::live_clients_max`), once the page that was left has gone.
     let others = RefCell::new(Vec::new());
-    let all = grideye_collector::Limits::default().live_clients_max;
+    let all = grideye_collector::Limits::default().live_clients_max / 2;
     browser.wait_for(
         "all seats to be taken",
         || {

@@ -1,9 +1,11 @@
 //! `GET /v1/live`: server-sent events for the live page.
 
 use crate::auth::Caller;
+use crate::http::client::Client;
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::live::Event;
+use crate::shares::{Denied, Sender, Share};
 use axum::Extension;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -12,7 +14,7 @@ use serde_json::json;
 use std::convert::Infallible;
 use std::time::Duration;
 use tokio::sync::broadcast::error::RecvError;
-use tokio::sync::{OwnedSemaphorePermit, broadcast, mpsc};
+use tokio::sync::{broadcast, mpsc};
 use tokio_stream::Stream;
 use tokio_stream::wrappers::ReceiverStream;
 
@@ -28,17 +30,17 @@ type Feed = mpsc::Sender<Result<SseEvent, Infallible>>;
 pub(crate) async fn live(
     State(state): State<AppState>,
     Extension(caller): Extension<Caller>,
+    Extension(client): Extension<Client>,
 ) -> Result<Sse<impl Stream<Item = Result<SseEvent, Infallible>>>, Refusal> {
-    let seat = state.0.live_clients.clone().try_acquire_owned();
-    let seat = seat.map_err(|_none_left| {
-        let limit = state.limits().live_clients_max;
-        let what = format!("{limit} live pages are already open");
-        Refusal::new(
-            StatusCode::SERVICE_UNAVAILABLE,
-            "too_many_live_clients",
-            what,
-        )
-        .hint("close one, or raise `live_clients_max`")
+    let sender = Sender::of(Some(&caller), client.peer.address);
+    let seat = state.0.live_clients.take(sender, 1).map_err(|denied| {
+        let open = match denied {
+            Denied::All => state.limits().live_clients_max,
+            Denied::Own(open) => open,
+        };
+        let what = format!("{open} live pages are already open");
+        let status = StatusCode::SERVICE_UNAVAILABLE;
+        Refusal::new(status, "too_many_live_clients", what).hint("close one")
     })?;
     let (feed, events) = mpsc::channel(IN_FLIGHT_MAX);
     tokio::spawn(follow(state, caller, feed, seat));
@@ -46,7 +48,7 @@ pub(crate) async fn live(
 }
 
 /// Feeds one client until it leaves, its token is revoked, or the collector stops.
-async fn follow(state: AppState, caller: Caller, feed: Feed, _seat: OwnedSemaphorePermit) {
+async fn follow(state: AppState, caller: Caller, feed: Feed, _seat: Share) {
     let mut stopping = state.0.stopping.subscribe();
     // Listening starts before the snapshot, so that nothing is missed in between.
     let events = state.0.live.listen();

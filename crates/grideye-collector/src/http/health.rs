@@ -53,7 +53,7 @@ fn limits_used(state: &AppState, usage: Option<StoreUsage>) -> LimitsUsed {
         ("connections", open, connections),
         (
             "live_clients",
-            of(live_clients(state)),
+            of(shared.live_clients.held()),
             of(limits.live_clients_max),
         ),
         ("sensors", of(shared.live.sensors_count()), sensors),
@@ -115,7 +115,7 @@ pub(crate) async fn health(State(state): State<AppState>) -> Response {
             "again": load(&shared.counters.frames_again),
         },
         "sensors": shared.live.sensors_count(),
-        "live_clients": live_clients(&state),
+        "live_clients": shared.live_clients.held(),
         "connections": {
             "open": load(&shared.counters.connections_open),
             "max": limits.connections_max,
@@ -166,11 +166,6 @@ fn status_name(error: &StoreError) -> &'static str {
     }
 }
 
-fn live_clients(state: &AppState) -> usize {
-    let free = state.0.live_clients.available_permits();
-    state.limits().live_clients_max.saturating_sub(free)
-}
-
 fn of_the_program(text: &mut Text, state: &AppState) {
     let (shared, counters) = (&state.0, &state.0.counters);
     let now = shared.clock.monotonic();
@@ -218,7 +213,7 @@ counter grideye_tls_failed_total Connections that did not agree on TLS.";
         one(text, family, load(counter));
     }
     let family = "gauge grideye_live_clients Pages that follow.";
-    one(text, family, live_clients(state));
+    one(text, family, shared.live_clients.held());
     let family = "gauge grideye_asks_for_tokens 1 where a token is asked for.";
     let asks = shared.authenticator.asks_for_tokens(now);
     one(text, family, u8::from(asks));

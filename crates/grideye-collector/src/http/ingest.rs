@@ -29,7 +29,7 @@ pub(crate) async fn frames(
     request: Request,
 ) -> Response {
     let (parts, body) = request.into_parts();
-    let room = state.0.bodies.room(caller.as_ref(), client.peer.address);
+    let room = Room::new(&state.0.bodies, caller.as_ref(), client.peer.address);
     match take(state, caller.as_ref(), &parts.headers, body, room).await {
         Ok(taken) => acknowledge(taken),
         Err(refusal) => refusal.into_response(),

@@ -8,6 +8,7 @@ use crate::http::origin::check_origin;
 use crate::http::refusal::{Refusal, RefusedCode};
 use crate::http::state::AppState;
 use crate::log::{Level, LogEvent};
+use crate::shares::Sender;
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::StatusCode;
 use axum::middleware::Next;
@@ -30,6 +31,25 @@ pub(crate) async fn around(
         next.run(request)
     };
     pass(&state, &client, (need, time_max), request, answer).await
+}
+
+/// For the routes of annexes, whose work takes long: nobody has more than a share of it.
+pub(crate) async fn in_shares(
+    State(state): State<AppState>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let (client, caller) = (Client::of(&request), request.extensions().get());
+    let sender = Sender::of(caller, client.peer.address);
+    match state.0.annexed.take(sender, 1) {
+        Ok(_share) => next.run(request).await,
+        Err(_denied) => {
+            let what = "other requests like this one are being answered";
+            Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "busy", what)
+                .hint("retry in a second, or close other pages")
+                .into_response()
+        }
+    }
 }
 
 /// Answers a request if the caller is admitted, within a time.
@@ -69,7 +89,7 @@ fn admit(
         .map_err(|refusal| Box::new(refusal.into_response()))?;
     let caller = authorize(state, need, client.peer, request, began)?;
     if let (Some(connection), Some(Caller::Holder { .. })) = (&client.connection, &caller) {
-        connection.establish();
+        connection.establish(|| Sender::of(caller.as_ref(), client.peer.address));
     }
     Ok(caller)
 }
@@ -89,7 +109,7 @@ fn establish_unproven(state: &AppState, client: &Client, response: &Response, be
     let Some(connection) = unproven else { return };
     let is_good = response.status() < StatusCode::BAD_REQUEST;
     if is_good && !state.0.authenticator.asks_for_tokens(began) {
-        connection.establish();
+        connection.establish(|| Sender::of(None, client.peer.address));
     }
 }
 

@@ -5,21 +5,20 @@ use crate::clock::{Clock, WallSteps};
 use crate::counters::Counters;
 use crate::http::agents::Agents;
 use crate::http::annex::Inside;
-use crate::http::bodies::Bodies;
 use crate::http::origin::HostNames;
 use crate::limits::Limits;
 use crate::live::{Event, Live, NewestFrames};
 use crate::log::{Level, Log, LogEvent, Seldom};
 use crate::peer::AddressGroup;
 use crate::rates::Rates;
-use crate::sender::Sender;
+use crate::shares::{Sender, Shares};
 use crate::store::{FrameStore, News, StoreError};
 use serde_json::json;
 use std::collections::HashMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
-use tokio::sync::{Semaphore, mpsc, watch};
+use tokio::sync::{mpsc, watch};
 
 /// The state that the handlers share.
 #[derive(Clone)]
@@ -43,8 +42,12 @@ pub(crate) struct Shared {
     pub(crate) counters: Arc<Counters>,
     pub(crate) seldom: Seldom,
     pub(crate) started_at: Duration,
-    pub(crate) bodies: Bodies,
-    pub(crate) live_clients: Arc<Semaphore>,
+    /// Bytes of frames that arrived and are not yet on disk.
+    pub(crate) bodies: Arc<Shares>,
+    pub(crate) live_clients: Arc<Shares>,
+    pub(crate) audits: Arc<Shares>,
+    /// Requests to annexes.
+    pub(crate) annexed: Arc<Shares>,
     pub(crate) stopping: watch::Sender<bool>,
 }
 
@@ -114,8 +117,13 @@ impl AppState {
             started_at: clock.monotonic(),
             wall_steps: WallSteps::new(&*clock),
             clock,
-            bodies: Bodies::new(&limits),
-            live_clients: Arc::new(Semaphore::new(limits.live_clients_max)),
+            bodies: Shares::new(limits.bodies_bytes_max, limits.bodies_bytes_per_sender_max),
+            live_clients: Shares::new(limits.live_clients_max, usize::MAX),
+            audits: Shares::new(limits.audits_max, usize::MAX),
+            annexed: Shares::new(
+                limits.annex_requests_max,
+                limits.annex_requests_per_sender_max,
+            ),
             stopping: watch::Sender::new(false),
             limits,
         }));

@@ -12,12 +12,14 @@ use grideye_scene::{Loaded, Scene, Sensor, Simulator, Warning};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Maximum sensors with frames; others are not shown.
 const SENSORS_MAX: usize = 32;
 /// Maximum pixels of a shown frame; a Lepton has 4,800.
 const PIXELS_MAX: usize = 20_000;
+/// Maximum time for frames and for what no frame shows, because other pages wait.
+const TIME_MAX: Duration = Duration::from_secs(2);
 /// Maximum files sent with a draft.
 const FILES_MAX: usize = 100;
 
@@ -123,7 +125,10 @@ fn edit_trajectory(
 }
 
 impl Checked {
-    pub(super) fn to_json(&self) -> Value {
+    /// `goes_on` says whether the page still waits. What is not done within [`TIME_MAX`] is left out.
+    pub(super) fn to_json(&self, goes_on: impl Fn() -> bool) -> Value {
+        let began = Instant::now();
+        let goes_on = || goes_on() && began.elapsed() < TIME_MAX;
         let read: BTreeMap<&String, Value> = self
             .read
             .iter()
@@ -141,9 +146,9 @@ impl Checked {
                     .sensors()
                     .iter()
                     .take(SENSORS_MAX)
-                    .map(|sensor| frame(scene, sensor, at))
+                    .map(|sensor| frame(scene, sensor, at, goes_on()))
                     .collect();
-                let unseen = scene.unseen(None).into_iter();
+                let unseen = scene.unseen_while(None, &goes_on).into_iter();
                 let unseen = unseen.map(|one| {
                     let why = one.warning(&self.text, ORIGIN);
                     Fault::said(&why.to_string(), Some(&why.place)).to_json()
@@ -160,9 +165,9 @@ fn warning(warning: &Warning) -> Value {
     Fault::said(&warning.to_string(), Some(warning.place())).to_json()
 }
 
-/// What a sensor sees, without noise; no pixels if it has too many.
-fn frame(scene: &Scene, sensor: &Sensor, at: Duration) -> Value {
-    let is_fit = sensor.columns * sensor.rows <= PIXELS_MAX;
+/// What a sensor sees, without noise; no pixels if it has too many or there is no time.
+fn frame(scene: &Scene, sensor: &Sensor, at: Duration, has_time: bool) -> Value {
+    let is_fit = has_time && sensor.columns * sensor.rows <= PIXELS_MAX;
     let simulator = is_fit
         .then(|| Simulator::new(scene, &sensor.name).ok())
         .flatten();

@@ -121,7 +121,12 @@ async fn open(State(editor): Shared, PathOf(name): PathOf<String>) -> Result<Jso
 async fn draft(State(editor): Shared, body: Body) -> Result<Json<Value>, Refusal> {
     let draft: Draft = read(body)?;
     let here = Arc::clone(&editor);
-    let work = move || Ok(Json(draft::check(&here.store, draft)?.to_json()));
+    let waiting = GivenUp::default();
+    let is_given_up = Arc::clone(&waiting.0);
+    let work = move || {
+        let goes_on = || !is_given_up.load(Ordering::Relaxed);
+        Ok(Json(draft::check(&here.store, draft)?.to_json(goes_on)))
+    };
     editor.drafts.run(work).await?
 }
 

@@ -43,7 +43,7 @@ pub(super) fn csv_headers(name: &str, extension: &str) -> [(HeaderName, HeaderVa
     clippy::needless_pass_by_value,
     reason = "it stands where map_err wants a function of the error"
 )]
-pub(super) fn not_written(error: impl ToString) -> Refusal {
+pub(crate) fn not_written(error: impl ToString) -> Refusal {
     let status = StatusCode::INTERNAL_SERVER_ERROR;
     Refusal::new(status, "not_written", error.to_string())
 }

@@ -8,3 +8,4 @@ pub(crate) mod labels;
 pub(crate) mod manage;
 
 pub use fields::attachment;
+pub(crate) use fields::not_written;

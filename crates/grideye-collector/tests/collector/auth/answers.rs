@@ -212,3 +212,30 @@ async fn too_many_boots_of_one_token_cost_no_other_one_anything() {
     assert_eq!(refused, (429, "too_many_boots".to_owned()));
     assert_eq!(post(&good, "pi-2", 0).await.0, 200);
 }
+
+#[tokio::test]
+async fn live_pages_of_one_token_leave_room_for_those_of_others() {
+    let server = TokenServer::new().await;
+    let (hostile, good) = (server.add("a", Scope::Read), server.add("b", Scope::Read));
+    let follow = async |token: &Token| {
+        server.clock.pass(Duration::from_millis(10));
+        let bearer = bearer(token);
+        let headers = [("authorization", &*bearer)];
+        server.open(Method::GET, "/v1/live", &headers, "").await
+    };
+    let mut open = Vec::new();
+    let refused = loop {
+        let answer = follow(&hostile).await;
+        if answer.status() != 200 {
+            break answer.status();
+        }
+        open.push(answer);
+        assert!(open.len() <= 64);
+    };
+    assert_eq!((open.len(), refused.as_u16()), (64, 503));
+    for _ in 0..10 {
+        let answer = follow(&good).await;
+        assert_eq!(answer.status(), 200);
+        open.push(answer);
+    }
+}
