@@ -1,7 +1,7 @@
 //! `grideye audit`: every frame that was read, accounted for.
 
 use crate::cli::Audit;
-use crate::client::Client;
+use crate::client::{Client, plain};
 use crate::exit::Outcome;
 use crate::output::outln;
 use crate::progress::say;
@@ -24,7 +24,7 @@ pub(crate) fn run(options: &Audit) -> Result<Outcome> {
     } else {
         for row in &rows {
             let (device, sensor, boot) = (&row.device, &row.sensor, &row.boot);
-            outln!("{device} {sensor} {boot}  {row}")?;
+            outln!("{}", plain(&format!("{device} {sensor} {boot}  {row}")))?;
         }
     }
     Ok(Outcome::told(rows.iter().all(Account::is_whole)))
@@ -35,7 +35,7 @@ fn warning(rivals: &Rivals) -> String {
     format!(
         "warning: {} agents send as {}: boots {}\nhint: give each its own `device` in its configuration",
         rivals.boots.len(),
-        rivals.device,
-        rivals.boots.join(", ")
+        plain(&rivals.device),
+        plain(&rivals.boots.join(", "))
     )
 }

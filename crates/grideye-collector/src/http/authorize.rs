@@ -70,7 +70,12 @@ pub(crate) fn authorize(
         Ok(caller) => caller,
         Err(unknown) => {
             // Only unknown callers are limited by address: one bad client must not stop good ones at the same address.
-            check_unknown_rate(state, peer).map_err(boxed)?;
+            // So a sign-in counts only if its token is bad, and who opens pages is counted apart from bad tokens.
+            let is_sign_in = need == Need::Nothing && request.method() == Method::POST;
+            let is_bad = need != Need::Nothing && !is_person(request);
+            if !is_sign_in {
+                check_unknown_rate(state, peer, is_bad).map_err(boxed)?;
+            }
             return match need {
                 Need::Nothing => Ok(None),
                 _ => Err(Box::new(refuse_unknown(request, unknown))),
@@ -173,13 +178,15 @@ fn cookie<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
         .find_map(|(found, value)| (found == name).then_some(value))
 }
 
+fn is_person(request: &Request) -> bool {
+    let accepts = request.headers().get(header::ACCEPT);
+    let accepts = accepts.and_then(|accept| accept.to_str().ok());
+    request.method() == Method::GET && accepts.is_some_and(|accept| accept.contains("text/html"))
+}
+
 /// Redirects a person to the sign-in page; tells a program the error.
 fn refuse_unknown(request: &Request, unknown: Unknown) -> Response {
-    let accepts = request.headers().get(header::ACCEPT);
-    let is_person = accepts
-        .and_then(|accept| accept.to_str().ok())
-        .is_some_and(|accept| accept.contains("text/html"));
-    if is_person && request.method() == Method::GET {
+    if is_person(request) {
         return Redirect::to("/login").into_response();
     }
     let (code, what) = match unknown {
@@ -225,13 +232,18 @@ fn check(state: &AppState, caller: &Caller, need: Need, request: &Request) -> Re
     Ok(())
 }
 
-/// Limits callers without a valid token by address.
-pub(crate) fn check_unknown_rate(state: &AppState, peer: Peer) -> Result<(), Refusal> {
+/// Limits callers without a valid token by address; those whose token `is_bad` or missing apart from those who only open
+/// pages.
+pub(crate) fn check_unknown_rate(
+    state: &AppState,
+    peer: Peer,
+    is_bad: bool,
+) -> Result<(), Refusal> {
     let now = state.0.clock.monotonic();
     if !state.0.authenticator.asks_for_tokens(now) {
         return Ok(());
     }
-    let group = AddressGroup::of(peer.address);
+    let group = (AddressGroup::of(peer.address), is_bad);
     state.0.unknown_rates.take(group, now).map_err(|wait| {
         too_many("too many requests without a valid token", wait)
             .hint("check the token: `grideye token list` shows the valid ones")

@@ -36,7 +36,7 @@ pub(crate) struct Shared {
     /// For each valid token.
     pub(crate) rates: Rates<TokenId>,
     /// For each address that sent no valid token.
-    pub(crate) unknown_rates: Rates<AddressGroup>,
+    pub(crate) unknown_rates: Rates<(AddressGroup, bool)>,
     /// New streams of each sender.
     pub(crate) new_streams: Rates<Sender>,
     pub(crate) counters: Arc<Counters>,

@@ -36,7 +36,7 @@ pub(crate) async fn login(
         Ok(Caller::Anyone) => return Ok(StatusCode::NO_CONTENT.into_response()),
         Ok(Caller::Holder { record, .. }) => record,
         Err(_unknown) => {
-            authorize::check_unknown_rate(&state, peer)?;
+            authorize::check_unknown_rate(&state, peer, true)?;
             let what = "this token is unknown or was revoked";
             return Err(Refusal::new(StatusCode::UNAUTHORIZED, "bad_token", what)
                 .field("token")

@@ -261,6 +261,7 @@ async fn a_label_of_frames_that_are_not_there_is_refused_with_the_place() {
         (nameless, "name"),
         (label(&"é".repeat(65), &[("s1", 2, 7)]), "name"),
         (label("a\u{7}", &[("s1", 2, 7)]), "name"),
+        (label("a\u{202e}b", &[("s1", 2, 7)]), "name"),
         (label("x", &[]), "spans"),
         (label("x", &[("s1", 2, 7); 65]), "spans"),
         (spans(json!({})), "spans"),

@@ -29,6 +29,28 @@ pub(super) fn text_of(
     Ok(text.trim().to_owned())
 }
 
+/// Checks a text for people: at most `chars_max` characters, none of them hidden.
+pub(super) fn check_text(what: &str, text: &str, chars_max: usize) -> Result<(), String> {
+    let chars = text.chars().count();
+    if chars > chars_max {
+        return Err(format!(
+            "the {what} has {chars} characters; at most {chars_max} are allowed"
+        ));
+    }
+    match text.chars().find(|character| is_hidden(*character)) {
+        Some(character) => Err(format!("the {what} may not contain {character:?}")),
+        None => Ok(()),
+    }
+}
+
+/// Whether a character changes how others look or a terminal behaves: control characters, ends of lines, and those that
+/// turn the direction of writing (Unicode's `Bidi_Control`).
+#[must_use]
+pub fn is_hidden(character: char) -> bool {
+    character.is_control()
+        || matches!(character, '\u{61C}' | '\u{200E}' | '\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
+}
+
 /// The headers of a CSV file with this name.
 pub(super) fn csv_headers(name: &str, extension: &str) -> [(HeaderName, HeaderValue); 2] {
     let kind = HeaderValue::from_static("text/csv; charset=utf-8; header=present");

@@ -1,7 +1,7 @@
 //! Labels of recordings, over HTTP.
 
 use crate::http::body::read_object;
-use crate::http::recordings::fields::{csv_headers, not_written, parse_id, text_of};
+use crate::http::recordings::fields::{check_text, csv_headers, not_written, parse_id, text_of};
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::limits::Limits;
@@ -90,8 +90,11 @@ fn tell(state: &AppState, id: RecordingId) {
 /// The label in the body; does not check that its frames exist.
 fn label_in(fields: &Map<String, Value>, limits: &Limits) -> Result<Label, Refusal> {
     let name = text_of(fields, "name", HINT)?;
-    let chars_max = limits.label_name_chars_max;
-    check_name(&name, chars_max).map_err(|what| Refusal::wrong_value("name", what, HINT))?;
+    if name.is_empty() {
+        return Err(Refusal::wrong_value("name", "a label needs a name", HINT));
+    }
+    check_text("name", &name, limits.label_name_chars_max)
+        .map_err(|what| Refusal::wrong_value("name", what, HINT))?;
     let spans = fields.get("spans").and_then(Value::as_array);
     let spans =
         spans.ok_or_else(|| Refusal::wrong_value("spans", "expected spans to be a list", HINT))?;
@@ -108,19 +111,6 @@ fn label_in(fields: &Map<String, Value>, limits: &Limits) -> Result<Label, Refus
         name,
         spans: spans.collect::<Result<_, _>>()?,
     })
-}
-
-fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
-    let chars = name.chars().count();
-    if chars == 0 || chars > chars_max {
-        return Err(format!(
-            "a label has 1 to {chars_max} characters, found {chars}"
-        ));
-    }
-    match name.chars().find(|character| character.is_control()) {
-        Some(character) => Err(format!("a label may not contain {character:?}")),
-        None => Ok(()),
-    }
 }
 
 /// A label may cover only numbers that the recording spans, including missing frames.

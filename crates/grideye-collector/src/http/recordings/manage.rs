@@ -1,7 +1,7 @@
 //! Handlers that start, stop, annotate, list and return recordings.
 
 use crate::http::body::read_object;
-use crate::http::recordings::fields::{parse_id, text_of};
+use crate::http::recordings::fields::{check_text, parse_id, text_of};
 use crate::http::recordings::{csv, frames};
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
@@ -71,7 +71,7 @@ pub(crate) async fn note(
 ) -> Result<Json<Value>, Refusal> {
     let id = parse_id(&id)?;
     let note = text_in(&state, request, "note", NOTE_HINT).await?;
-    check_note(&note, state.limits().recording_note_chars_max)
+    check_text("note", &note, state.limits().recording_note_chars_max)
         .map_err(|what| Refusal::wrong_value("note", what, NOTE_HINT))?;
     let recording = state.store().note_recording(id, note).await?;
     Ok(tell(&state, &recording))
@@ -126,38 +126,18 @@ async fn text_in(
     text_of(&fields, field, hint)
 }
 
-/// A note is one line of text, or empty.
-fn check_note(note: &str, chars_max: usize) -> Result<(), String> {
-    check_length("note", note, chars_max)?;
-    match note.chars().find(|character| character.is_control()) {
-        Some(character) => Err(format!("the note may not contain {character:?}")),
-        None => Ok(()),
-    }
-}
-
 /// A recording's name becomes a file name.
 fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
     if name.is_empty() {
         return Err("a recording needs a name".to_owned());
     }
-    check_length("name", name, chars_max)?;
     if name.starts_with('.') {
         return Err("the name may not begin with a full stop".to_owned());
     }
-    let is_bad = |character: &char| character.is_control() || r#"/\:*?"<>|"#.contains(*character);
-    match name.chars().find(is_bad) {
-        Some(character) => Err(format!(
+    if let Some(character) = name.chars().find(|it| r#"/\:*?"<>|"#.contains(*it)) {
+        return Err(format!(
             "the name may not contain {character:?}, because it becomes a file name"
-        )),
-        None => Ok(()),
+        ));
     }
-}
-
-fn check_length(what: &str, text: &str, chars_max: usize) -> Result<(), String> {
-    match text.chars().count() {
-        chars if chars > chars_max => Err(format!(
-            "the {what} has {chars} characters; at most {chars_max} are allowed"
-        )),
-        _ => Ok(()),
-    }
+    check_text("name", name, chars_max)
 }

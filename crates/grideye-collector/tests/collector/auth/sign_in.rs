@@ -149,3 +149,34 @@ async fn a_person_is_redirected_to_sign_in_and_a_program_gets_an_error() {
     let page = server.get("/login", &[HTML]).await;
     assert!(String::from_utf8_lossy(&page.body).contains("login.js"));
 }
+
+#[tokio::test]
+async fn bad_sign_ins_from_an_address_do_not_keep_good_ones_out() {
+    let server = TokenServer::new().await;
+    let token = server.add("ana", Scope::Read);
+    let sign_in = async |token: &str| {
+        let body = json!({ "token": token }).to_string();
+        server
+            .send(Method::POST, "/v1/login", &[ORIGIN], body)
+            .await
+    };
+    let bad = "grideye-000000000000-".to_owned() + &"0".repeat(64);
+    let burst = Limits::default().unknown_requests_burst_max;
+    for _ in 0..burst {
+        assert_eq!(sign_in(&bad).await.code(), (401, "bad_token".to_owned()));
+    }
+    for _ in 0..100 {
+        let reply = sign_in(&bad).await;
+        assert_eq!(reply.code(), (429, "too_many_requests".to_owned()));
+    }
+    // A person at the same address gets to the page, its parts, and in.
+    assert_eq!(server.get("/", &[HTML]).await.status, 303);
+    for path in ["/login", "/assets/login.js", "/healthz"] {
+        assert_eq!(server.get(path, &[]).await.status, 200, "{path}");
+    }
+    let reply = sign_in(&token.reveal()).await;
+    assert_eq!(reply.status, 204, "{:?}", reply.json());
+    let cookie = reply.cookie();
+    let page = server.get("/", &[HTML, ("cookie", &*cookie)]).await;
+    assert_eq!(page.status, 200);
+}

@@ -105,6 +105,11 @@ async fn names_that_cannot_be_are_refused_with_what_to_do() {
         "a/b",
         "a\\b",
         "line\nbreak",
+        "evil\u{202e}vsc.exe",
+        "a\u{2066}b",
+        "a\u{200f}b",
+        "a\u{2028}b",
+        "a\u{9b}b",
         "a\"b",
         &"x".repeat(65),
     ] {
