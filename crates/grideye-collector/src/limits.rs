@@ -143,7 +143,7 @@ impl Default for Limits {
             writer_queue_max: 4096,
             commit_group_max: 256,
             store_lock_time_max: Duration::from_secs(5),
-            follow_every: Duration::from_secs(1),
+            follow_every: Duration::from_millis(200),
             readers_max: 2,
             streams_listed_max: 20_000,
             new_streams_per_second_max: 1,

@@ -16,11 +16,6 @@ use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
-pub(super) struct Done {
-    pub(super) n: i64,
-    pub(super) appended: Vec<Result<Appended>>,
-}
-
 pub(super) enum Undone {
     /// The lane was deleted and must be created again.
     NoLane,
@@ -50,15 +45,15 @@ pub(super) async fn group(
     taken: &[Taken],
     known: &mut Known,
     limits: &Limits,
-) -> Result<Done, Undone> {
+) -> Result<Vec<Result<Appended>>, Undone> {
     let work = transact(session, lane, taken, known, limits);
     let transacted = session.transact(work).await;
     if transacted.is_err() || known.0.len() > KNOWN_MAX {
         known.0.clear();
     }
-    let (done, found) = transacted?;
+    let (appended, found) = transacted?;
     known.0.extend(found);
-    Ok(done)
+    Ok(appended)
 }
 
 type Found = Vec<(StreamId, i32)>;
@@ -69,7 +64,7 @@ async fn transact(
     taken: &[Taken],
     known: &Known,
     limits: &Limits,
-) -> Result<(Done, Found), Undone> {
+) -> Result<(Vec<Result<Appended>>, Found), Undone> {
     let sql = "UPDATE grideye.lanes SET n = n + 1 WHERE lane = $1 RETURNING n, epoch";
     let rows = session.query(sql, &[&lane]).await?;
     let row = rows.first().ok_or(Undone::NoLane)?;
@@ -109,7 +104,7 @@ async fn transact(
         .filter(|(id, _)| !empty.contains(id))
         .map(|(id, key)| (id, key.1))
         .collect();
-    Ok((Done { n, appended }, found))
+    Ok((appended, found))
 }
 
 /// The keys of the wanted streams, and the ids of those just created.

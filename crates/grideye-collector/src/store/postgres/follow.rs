@@ -9,15 +9,10 @@ use crate::store::postgres::writer::Writer;
 use crate::store::row::{count, unsigned};
 use crate::store::types::{Elsewhere, News, StoredRecord};
 use std::collections::{BTreeMap, HashMap};
-use std::future::poll_fn;
 use std::sync::Arc;
-use std::time::Duration;
-use tokio::sync::{Notify, mpsc, watch};
-use tokio::task::{JoinHandle, JoinSet};
-use tokio_postgres::{AsyncMessage, NoTls};
-
-/// Minimum time between two polls and between two notices: one notice covers many commits.
-const PAUSE: Duration = Duration::from_millis(50);
+use std::sync::atomic::{AtomicI64, Ordering};
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
 
 /// Starts to follow from the database's current state. Ends with the task, or when nobody listens.
 pub(super) async fn start(
@@ -28,12 +23,11 @@ pub(super) async fn start(
 ) -> Result<JoinHandle<()>> {
     let session = Session::open(url, limits).await?;
     let mut follower = Follower {
-        url: url.clone(),
         limits: limits.clone(),
         session,
         seen: Seen::default(),
         shown: HashMap::new(),
-        committed: writer.committed(),
+        own_lane: writer.lane(),
         news,
     };
     // The store's own queries already show what exists now.
@@ -49,40 +43,23 @@ struct Seen {
 }
 
 struct Follower {
-    url: PostgresUrl,
     limits: Limits,
     session: Session,
     seen: Seen,
     /// The highest number passed on, by device and stream; at most `streams_listed_max`.
     shown: HashMap<(String, i32), i64>,
-    committed: watch::Receiver<(i64, i64)>,
+    own_lane: Arc<AtomicI64>,
     news: mpsc::Sender<News>,
 }
 
 impl Follower {
     async fn run(mut self) {
-        let worth_asking = Arc::new(Notify::new());
-        // Both tasks end with this one.
-        let mut beside = JoinSet::new();
-        beside.spawn(listen(
-            self.url.clone(),
-            self.limits.follow_every,
-            Arc::clone(&worth_asking),
-        ));
-        beside.spawn(tell(
-            self.url.clone(),
-            self.limits.clone(),
-            self.committed.clone(),
-        ));
         while !self.news.is_closed() {
-            // A notice may be lost; then the timeout polls.
-            let _ = tokio::time::timeout(self.limits.follow_every, worth_asking.notified()).await;
-            if self.session.revive().await.is_err() {
-                continue;
-            }
+            tokio::time::sleep(self.limits.follow_every).await;
             // A failed poll is repeated next time from the same place.
-            let _ = self.pass_on().await;
-            tokio::time::sleep(PAUSE).await;
+            if self.session.revive().await.is_ok() {
+                let _ = self.pass_on().await;
+            }
         }
     }
 
@@ -103,7 +80,7 @@ impl Follower {
 
     async fn pass_on(&mut self) -> Result<()> {
         let now = self.look().await?;
-        let own = self.committed.borrow().0;
+        let own = self.own_lane.load(Ordering::Relaxed);
         let (mut lanes, mut counts) = (Vec::new(), Vec::new());
         for (lane, n) in &now.counts {
             let before = self.seen.counts.get(lane).copied().unwrap_or(0);
@@ -192,56 +169,5 @@ impl Follower {
     /// A page that falls behind misses frames, which the store has; the next ones bring it up to date.
     fn send(&self, news: News) {
         let _ = self.news.try_send(news);
-    }
-}
-
-/// Listens for notices, and reconnects if the connection breaks.
-async fn listen(url: PostgresUrl, again_after: Duration, worth_asking: Arc<Notify>) {
-    loop {
-        // Whatever ended it, the follower polls meanwhile.
-        let _ = hear(&url, &worth_asking).await;
-        tokio::time::sleep(again_after).await;
-    }
-}
-
-async fn hear(url: &PostgresUrl, worth_asking: &Notify) -> Result<(), tokio_postgres::Error> {
-    let (client, mut connection) = url.config.connect(NoTls).await?;
-    let hearing = async {
-        while let Some(message) = poll_fn(|context| connection.poll_message(context)).await {
-            if matches!(message, Ok(AsyncMessage::Notification(_)) | Err(_)) {
-                worth_asking.notify_one();
-            }
-            message?;
-        }
-        Ok(())
-    };
-    let listening = async {
-        client.batch_execute("LISTEN grideye").await?;
-        // Keeps the client alive, and with it the connection.
-        std::future::pending::<Result<(), tokio_postgres::Error>>().await
-    };
-    tokio::select! {
-        heard = hearing => heard,
-        failed = listening => failed,
-    }
-}
-
-/// Notifies the other collectors that something was committed here, once for many commits.
-async fn tell(url: PostgresUrl, limits: Limits, mut committed: watch::Receiver<(i64, i64)>) {
-    let mut session: Option<Session> = None;
-    while committed.changed().await.is_ok() {
-        let open = match session.take().filter(|session| !session.is_closed()) {
-            Some(open) => Ok(open),
-            None => Session::open(&url, &limits).await,
-        };
-        // Without a notice the others poll after `follow_every`.
-        if let Ok(open) = open {
-            // A notice need not survive a power cut, so don't wait for the disk.
-            let told = open
-                .batch("SET synchronous_commit = off; NOTIFY grideye")
-                .await;
-            session = told.is_ok().then_some(open);
-        }
-        tokio::time::sleep(PAUSE).await;
     }
 }

@@ -11,9 +11,8 @@
 //!   waits for every running transaction, and advances them in one commit: each transaction lies entirely before or
 //!   after it.
 //! - **The live page follows lanes.** Within a lane, commits are in the order of its count. A follower remembers the
-//!   last count of each lane and queries the streams changed after it. `NOTIFY` only signals that a query is worthwhile
-//!   now. It has its own connection, because within the transactions it would make all collectors commit one after
-//!   another. A lost notice costs `follow_every`.
+//!   last count of each lane, and every `follow_every` queries the streams changed after it. No `NOTIFY`: within the
+//!   transactions it would make all collectors commit one after another.
 //! - **Epochs end rarely**, so `shares` (what an epoch brought to a stream) has one row per stream and recording.
 //!
 //! A killed collector leaves an unused lane; `idle_in_transaction_session_timeout` disconnects a collector that lost
@@ -21,7 +20,7 @@
 //! partitioned by the day of arrival, except in CockroachDB, which lacks this `PARTITION BY RANGE`.
 //!
 //! Tested with PostgreSQL 15; not tested: Citus, YugabyteDB, CockroachDB. The store uses no advisory locks (CockroachDB
-//! ignores them), no sequences (YugabyteDB hands them out in blocks), and never needs `LISTEN` to be correct.
+//! ignores them), no sequences (YugabyteDB hands them out in blocks), and no `LISTEN`.
 
 mod append;
 mod boundary;

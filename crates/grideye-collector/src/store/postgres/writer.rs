@@ -6,7 +6,9 @@ use crate::store::plan::Taken;
 use crate::store::postgres::session::{Days, Session};
 use crate::store::postgres::{append, boundary};
 use crate::store::queue::{Change, Command, Group, Outcome, Reply, WriteFault};
-use tokio::sync::{mpsc, watch};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
+use tokio::sync::mpsc;
 
 /// Attempts for a transaction that the database aborts because of another.
 const ATTEMPTS_MAX: u32 = 8;
@@ -14,12 +16,11 @@ const ATTEMPTS_MAX: u32 = 8;
 pub(super) struct Writer {
     limits: Limits,
     session: Session,
-    lane: i64,
+    /// The follower passes over what it has.
+    lane: Arc<AtomicI64>,
     streams: append::Known,
     days: Days,
     fault: WriteFault,
-    /// The lane and its count at the last commit, for the task that notifies the other collectors.
-    committed: watch::Sender<(i64, i64)>,
 }
 
 impl Writer {
@@ -28,16 +29,15 @@ impl Writer {
         Ok(Self {
             limits: limits.clone(),
             session,
-            lane,
+            lane: Arc::new(lane.into()),
             streams: append::Known::default(),
             days: Days::default(),
             fault,
-            committed: watch::Sender::new((lane, 0)),
         })
     }
 
-    pub(super) fn committed(&self) -> watch::Receiver<(i64, i64)> {
-        self.committed.subscribe()
+    pub(super) fn lane(&self) -> Arc<AtomicI64> {
+        Arc::clone(&self.lane)
     }
 
     pub(super) async fn run(mut self, mut queue: mpsc::Receiver<Command>) {
@@ -50,8 +50,6 @@ impl Writer {
             }
             if let Some(change) = group.change {
                 self.change(change).await;
-                let committed = *self.committed.borrow();
-                self.committed.send_replace(committed);
             }
         }
     }
@@ -64,13 +62,12 @@ impl Writer {
             self.session.revive().await?;
             self.days.prepare(&self.session, newest_ns).await;
             let (session, known, limits) = (&self.session, &mut self.streams, &self.limits);
-            match append::group(session, self.lane, taken, known, limits).await {
-                Ok(done) => {
-                    self.committed.send_replace((self.lane, done.n));
-                    return Ok(done.appended);
-                }
+            let lane = self.lane.load(Ordering::Relaxed);
+            match append::group(session, lane, taken, known, limits).await {
+                Ok(appended) => return Ok(appended),
                 Err(append::Undone::NoLane) if attempt < ATTEMPTS_MAX => {
-                    self.lane = boundary::new_lane(&self.session).await?;
+                    let lane = boundary::new_lane(&self.session).await?;
+                    self.lane.store(lane, Ordering::Relaxed);
                 }
                 Err(append::Undone::Error(StoreError::Contended { .. }))
                     if attempt < ATTEMPTS_MAX => {}
@@ -84,49 +81,34 @@ impl Writer {
     }
 
     async fn change(&mut self, change: Change) {
-        let revived = self.session.revive().await;
+        // Without a connection, the work fails and says why.
+        let _ = self.session.revive().await;
         let (session, limits) = (&self.session, &self.limits);
         match change {
-            Change::Start(name, t_start_ns, reply) => {
-                let start = boundary::start(session, &name, t_start_ns, limits);
-                answer(reply, revived, start).await;
+            Change::Start(name, t_ns, reply) => {
+                tell(reply, boundary::start(session, &name, t_ns, limits).await);
             }
-            Change::Stop(id, t_stop_ns, reply) => {
-                answer(reply, revived, boundary::stop(session, id, t_stop_ns)).await;
-            }
-            Change::Note(id, note, reply) => {
-                answer(reply, revived, boundary::note(session, id, &note)).await;
-            }
-            Change::Renew(id, reply) => {
-                answer(reply, revived, boundary::renew(session, id)).await;
-            }
-            Change::Delete(id, reply) => {
-                answer(reply, revived, boundary::delete(session, id)).await;
-            }
+            Change::Stop(id, t_ns, reply) => tell(reply, boundary::stop(session, id, t_ns).await),
+            Change::Note(id, note, reply) => tell(reply, boundary::note(session, id, &note).await),
+            Change::Renew(id, reply) => tell(reply, boundary::renew(session, id).await),
+            Change::Delete(id, reply) => tell(reply, boundary::delete(session, id).await),
             Change::AddLabel(id, label, reply) => {
-                let add = boundary::add_label(session, id, label, limits);
-                answer(reply, revived, add).await;
+                tell(reply, boundary::add_label(session, id, label, limits).await);
             }
             Change::RemoveLabel(id, number, reply) => {
-                answer(reply, revived, boundary::remove_label(session, id, number)).await;
+                tell(reply, boundary::remove_label(session, id, number).await);
             }
             Change::AskForTokens(is_asking, reply) => {
-                answer(reply, revived, boundary::ask_for_tokens(session, is_asking)).await;
+                tell(reply, boundary::ask_for_tokens(session, is_asking).await);
             }
-            Change::EndEpoch(reply) => {
-                answer(reply, revived, boundary::end_epoch(session)).await;
-            }
+            Change::EndEpoch(reply) => tell(reply, boundary::end_epoch(session).await),
             // This writer settles with every commit, whether or not the database is reachable.
-            Change::Settle(reply) => answer(reply, Ok(()), async { Ok(()) }).await,
+            Change::Settle(reply) => tell(reply, Ok(())),
         }
     }
 }
 
-/// Replies with the result of the work if connected. The caller may be gone; the work stays done.
-async fn answer<T>(reply: Reply<T>, revived: Result<()>, work: impl Future<Output = Result<T>>) {
-    let done = match revived {
-        Ok(()) => work.await,
-        Err(error) => Err(error),
-    };
+/// The caller may be gone; the work stays done.
+fn tell<T>(reply: Reply<T>, done: Result<T>) {
     let _ = reply.send(done);
 }

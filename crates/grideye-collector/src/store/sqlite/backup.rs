@@ -20,9 +20,7 @@ use crate::store::types::{Stage, StreamSummary};
 use grideye_recording::StreamId;
 use grideye_recording::whole::sync_folder_of;
 use rusqlite::backup::{Backup, StepResult};
-use rusqlite::{
-    Connection, ErrorCode, OpenFlags, OptionalExtension as _, Row, TransactionBehavior, params,
-};
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension as _, TransactionBehavior};
 use rustix::fs::{CWD, FlockOperation, RenameFlags, flock, renameat_with};
 use rustix::io::Errno;
 use std::collections::HashMap;
@@ -260,23 +258,17 @@ fn compare(
         return Err(differs(&what));
     }
     let all = found.streams.iter().map(readable).sum();
-    let mut done = 0;
-    let arrived = count_arrivals(copy).map_err(|error| differs(&error))?;
+    let counted = count_frames(copy, |done| progress(Stage::Comparing, done, all));
+    let counted = counted.map_err(|error| differs(&error))?;
     for stream in &found.streams {
-        let in_chunks = count_frames(copy, stream, |frames| {
-            done += frames;
-            progress(Stage::Comparing, done, all);
-        })
-        .map_err(|error| differs(&error))?;
-        let counted = in_chunks + arrived.get(&*stream.id).copied().unwrap_or(0);
-        done += counted - in_chunks;
-        if counted != readable(stream) {
-            let (id, expected) = (&stream.id, readable(stream));
+        let (id, expected) = (&*stream.id, readable(stream));
+        let counted = counted.get(id).copied().unwrap_or(0);
+        if counted != expected {
             let what = format!("{id:?} has {counted} frames, not {expected}");
             return Err(differs(&what));
         }
     }
-    progress(Stage::Comparing, done, all);
+    progress(Stage::Comparing, all, all);
     Ok(())
 }
 
@@ -285,49 +277,31 @@ fn readable(stream: &StreamSummary) -> u64 {
     stream.stored.saturating_sub(stream.expired)
 }
 
-/// Decodes every arrival, of which older layouts have none, and counts the frames with pixels by stream.
-fn count_arrivals(copy: &Connection) -> Result<HashMap<StreamId, u64>> {
-    let mut frames = HashMap::new();
-    if matches!(recognize(copy)?, Found::Older(_)) {
-        return Ok(frames);
-    }
-    let mut statement = copy.prepare(
-        "SELECT a.first_seq, a.last_seq, a.epoch, 0, a.rows, s.device, s.sensor, s.boot
-         FROM arrivals a JOIN streams s ON s.id = a.stream_id",
-    )?;
-    let mut arrivals = statement.query([])?;
-    while let Some(arrival) = arrivals.next()? {
-        let counted = frames_of(arrival)?;
-        *frames.entry(read::stream_id(arrival, 5)?).or_default() += counted;
-    }
-    Ok(frames)
-}
-
-/// Decodes a chunk or an arrival, and counts its frames with pixels.
-fn frames_of(row: &Row<'_>) -> Result<u64> {
-    let rows = read::rows_of(row)?;
-    let frames = rows
-        .iter()
-        .filter(|row| row.record.reading.frame().is_some());
-    Ok(count(frames.count()).unsigned_abs())
-}
-
-/// Decodes every chunk of a stream and counts the frames with pixels.
-fn count_frames(
-    copy: &Connection,
-    stream: &StreamSummary,
-    mut each: impl FnMut(u64),
-) -> Result<u64> {
-    let (sql, id) = (read::chunks_of_a_stream(), &stream.id);
-    let mut statement = copy.prepare_cached(&sql)?;
-    let mut chunks = statement.query(params![id.device, id.sensor, id.boot])?;
-    let mut all = 0;
+/// Decodes every chunk and every arrival, of which older layouts have none, and counts the frames with pixels by stream.
+/// `done` receives the count so far.
+fn count_frames(copy: &Connection, mut done: impl FnMut(u64)) -> Result<HashMap<StreamId, u64>> {
+    let arrivals = match recognize(copy)? {
+        Found::Older(_) => "",
+        _ => "UNION ALL SELECT first_seq, last_seq, epoch, 0, rows, stream_id FROM arrivals",
+    };
+    let mut statement = copy.prepare(&format!(
+        "SELECT a.*, device, sensor, boot FROM (
+             SELECT first_seq, last_seq, epoch, is_sealed, rows, stream_id FROM chunks {arrivals}
+         ) a JOIN streams ON id = stream_id"
+    ))?;
+    let (mut by_stream, mut all) = (HashMap::<StreamId, u64>::new(), 0);
+    let mut chunks = statement.query([])?;
     while let Some(chunk) = chunks.next()? {
-        let frames = frames_of(chunk)?;
+        let rows = read::rows_of(chunk)?;
+        let frames = rows
+            .iter()
+            .filter(|row| row.record.reading.frame().is_some());
+        let frames = count(frames.count()).unsigned_abs();
+        *by_stream.entry(read::stream_id(chunk, 6)?).or_default() += frames;
         all += frames;
-        each(frames);
+        done(all);
     }
-    Ok(all)
+    Ok(by_stream)
 }
 
 fn differs(what: &impl ToString) -> BackupError {

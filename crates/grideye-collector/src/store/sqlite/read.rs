@@ -121,14 +121,6 @@ pub(crate) fn rows_of(row: &Row<'_>) -> Result<Vec<SealedRow>> {
     .open()
 }
 
-/// Every chunk of the stream of a device, sensor and boot, for [`rows_of`].
-pub(super) fn chunks_of_a_stream() -> String {
-    format!(
-        "SELECT {CHUNK_COLUMNS} FROM chunks WHERE stream_id =
-             (SELECT id FROM streams WHERE device = ? AND sensor = ? AND boot = ?)"
-    )
-}
-
 /// The stored records under these numbers, except deleted ones.
 pub(super) fn records(
     connection: &Connection,

@@ -166,37 +166,37 @@ impl Writer {
     fn change(&mut self, change: Change) {
         let (recordings_max, labels_max) = (self.limits.recordings_max, self.limits.labels_max);
         match change {
-            Change::Start(name, t_start_ns, reply) => self.do_and_answer(reply, true, |file| {
-                start(file, &name, t_start_ns, recordings_max)
-            }),
-            Change::Stop(id, t_stop_ns, reply) => {
-                self.do_and_answer(reply, true, |file| stop(file, id, t_stop_ns));
+            Change::Start(name, t_ns, reply) => {
+                self.run_change(reply, true, |file| start(file, &name, t_ns, recordings_max));
+            }
+            Change::Stop(id, t_ns, reply) => {
+                self.run_change(reply, true, |file| stop(file, id, t_ns));
             }
             Change::Note(id, note, reply) => {
-                self.do_and_answer(reply, true, |file| write_note(file, id, &note));
+                self.run_change(reply, true, |file| write_note(file, id, &note));
             }
-            Change::Renew(id, reply) => self.do_and_answer(reply, true, |file| renew(file, id)),
+            Change::Renew(id, reply) => self.run_change(reply, true, |file| renew(file, id)),
             Change::Delete(id, reply) => {
-                self.do_and_answer(reply, true, |file| delete(file, id));
+                self.run_change(reply, true, |file| delete(file, id));
                 self.tender.look_through_all_again();
             }
             Change::AddLabel(id, label, reply) => {
-                self.do_and_answer(reply, true, |file| labels::add(file, id, label, labels_max))
+                self.run_change(reply, true, |file| labels::add(file, id, label, labels_max));
             }
             Change::RemoveLabel(id, number, reply) => {
-                self.do_and_answer(reply, true, |file| labels::remove(file, id, number));
+                self.run_change(reply, true, |file| labels::remove(file, id, number));
             }
             Change::AskForTokens(is_asking, reply) => {
-                self.do_and_answer(reply, false, |file| ask_for_tokens(file, is_asking));
+                self.run_change(reply, false, |file| ask_for_tokens(file, is_asking));
             }
-            Change::EndEpoch(reply) => self.do_and_answer(reply, false, end_epoch),
-            Change::Settle(reply) => self.do_and_answer(reply, false, |_file| Ok(())),
+            Change::EndEpoch(reply) => self.run_change(reply, false, end_epoch),
+            Change::Settle(reply) => self.run_change(reply, false, |_file| Ok(())),
         }
     }
 
     /// Replies to the caller of a change, and notes whether the result shows that the store is writable: not if there
     /// was nothing to move, and not if the request's content was rejected.
-    fn do_and_answer<T>(
+    fn run_change<T>(
         &mut self,
         reply: Reply<T>,
         shows_a_write: bool,
