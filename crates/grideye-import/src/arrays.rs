@@ -1,16 +1,21 @@
 //! numpy's arrays: `.npy` (NEP 1: a text heading, then numbers) and `.npz`, a zip archive of them.
 
+use crate::allowance::{Allowance, ROW_VALUES_MAX, VALUE_BYTES, too_wide};
 use crate::cell::{Cell, Field, RawRow};
 use crate::columns::{Columns, Place, Role};
 use crate::error::ImportError;
-use crate::source::Held;
+use crate::source::Made;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 use grideye_recording::is_known_size;
 
 pub(crate) const NPY_MAGIC: &[u8] = b"\x93NUMPY";
+/// As many as numpy has.
+const AXES_MAX: usize = 64;
+/// Arrays named in an error.
+const NAMED_MAX: usize = 8;
 const HINT: &str = "numpy.save(file, frames) writes what is read here: numbers of shape (N, 8, 8) or (N, 64), in C order";
 
-struct Array<'b> {
+struct Array {
     /// Without axes of length 1 behind the first.
     shape: Vec<usize>,
     /// The kind's letter, and bytes per value.
@@ -19,11 +24,13 @@ struct Array<'b> {
     is_fortran: bool,
     /// Whether the frames lie along the last axis, which `shape` has first.
     has_frames_last: bool,
-    data: &'b [u8],
+    /// The file, and where its numbers begin.
+    bytes: Vec<u8>,
+    from: usize,
 }
 
 /// The rows of a `.npy`.
-pub(crate) fn npy(bytes: &[u8]) -> Result<Held, ImportError> {
+pub(crate) fn npy(bytes: Vec<u8>, allowance: &Allowance) -> Result<Made, ImportError> {
     let array = Array::of(bytes)?;
     let (rows, cells) = array.rows();
     let is_image = matches!(array.shape[..], [_, _] | [_, 4..=9_999, 4..=9_999]);
@@ -36,11 +43,19 @@ pub(crate) fn npy(bytes: &[u8]) -> Result<Held, ImportError> {
             format!("{:?}", array.shape),
         ));
     }
-    held(&[("frames".to_owned(), array)], rows, "numpy's .npy")
+    made(
+        vec![("frames".to_owned(), array)],
+        rows,
+        ("numpy's .npy", allowance),
+    )
 }
 
 /// The rows of a `.npz`: of the array with frames, with all that have one entry for each of them.
-pub(crate) fn npz(files: &[(String, Vec<u8>)], said: &Columns) -> Result<Held, ImportError> {
+pub(crate) fn npz(
+    files: Vec<(String, Vec<u8>)>,
+    said: &Columns,
+    allowance: &Allowance,
+) -> Result<Made, ImportError> {
     let mut arrays = Vec::new();
     for (name, bytes) in files {
         let name = name.trim_end_matches(".npy").to_owned();
@@ -53,9 +68,9 @@ pub(crate) fn npz(files: &[(String, Vec<u8>)], said: &Columns) -> Result<Held, I
         Place::Named(name) if *role == Role::Pixels => Some(name.as_str()),
         _ => None,
     });
-    let has_frames = |array: &Array<'_>| array.rows().1 >= PIXELS;
+    let has_frames = |array: &Array| array.rows().1 >= PIXELS;
     let is_asked = |name: &str| asked.is_none_or(|asked| asked == name);
-    let with_frames: Vec<&(String, Array<'_>)> = arrays
+    let with_frames: Vec<&(String, Array)> = arrays
         .iter()
         .filter(|(name, array)| has_frames(array) && is_asked(name))
         .collect();
@@ -68,12 +83,11 @@ pub(crate) fn npz(files: &[(String, Vec<u8>)], said: &Columns) -> Result<Held, I
         }
         [(_, array)] => array.rows().0,
         _ => {
-            let told: Vec<String> = with_frames
-                .iter()
+            let few = || with_frames.iter().take(NAMED_MAX);
+            let told: Vec<String> = few()
                 .map(|(name, array)| format!("{name} {:?}", array.shape))
                 .collect();
-            let choices: Vec<String> = with_frames
-                .iter()
+            let choices: Vec<String> = few()
                 .map(|(name, _)| format!("--columns pixels={name}"))
                 .collect();
             return Err(ImportError::unclear(
@@ -86,44 +100,54 @@ pub(crate) fn npz(files: &[(String, Vec<u8>)], said: &Columns) -> Result<Held, I
     arrays.retain(|(name, array)| {
         array.shape.first() == Some(&rows) && (!has_frames(array) || *name == taken)
     });
-    held(&arrays, rows, "numpy's .npz")
+    made(arrays, rows, ("numpy's .npz", allowance))
 }
 
-fn held(arrays: &[(String, Array<'_>)], rows: usize, container: &str) -> Result<Held, ImportError> {
+/// The rows, each made when it is asked for.
+fn made(
+    arrays: Vec<(String, Array)>,
+    rows: usize,
+    (container, allowance): (&str, &Allowance),
+) -> Result<Made, ImportError> {
     let whole = arrays
         .iter()
         .map(|(_, array)| array.whole_rows())
         .min()
         .unwrap_or(0);
-    let row = |row: usize| RawRow {
-        number: u64::try_from(row).unwrap_or(u64::MAX) + 1,
-        fields: arrays.iter().map(|(_, array)| array.field(row)).collect(),
-        is_whole: true,
-        is_torn: false,
-    };
+    let width = arrays.iter().map(|(_, array)| array.rows().1);
+    let width = width.fold(0, usize::saturating_add);
+    if width > ROW_VALUES_MAX {
+        return Err(too_wide(width, "in the shape"));
+    }
     let broken = (whole < rows).then(|| {
         let found = format!("the file ends, where its heading says {rows} frames");
         ImportError::broken(format!("after {whole} frames"), found)
     });
-    let names = match arrays {
+    let names = match &arrays[..] {
         // A bare array has no name of its own.
         [_] => Vec::new(),
         _ => arrays.iter().map(|(name, _)| name.clone()).collect(),
     };
-    Ok(Held {
+    let allowance = allowance.clone();
+    let row = move |row: usize| {
+        allowance.take_values(width, VALUE_BYTES, || format!("row {}", row + 1))?;
+        Ok(RawRow {
+            number: u64::try_from(row).unwrap_or(u64::MAX) + 1,
+            fields: arrays.iter().map(|(_, array)| array.field(row)).collect(),
+            is_whole: true,
+            is_torn: false,
+        })
+    };
+    Ok(Made {
         container: container.to_owned(),
         names,
-        rows: (0..whole.min(rows))
-            .map(row)
-            .collect::<Vec<_>>()
-            .into_iter(),
-        broken,
+        rows: Box::new((0..whole.min(rows)).map(row).chain(broken.map(Err))),
         skipped: 0,
     })
 }
 
-impl<'b> Array<'b> {
-    fn of(bytes: &'b [u8]) -> Result<Self, ImportError> {
+impl Array {
+    fn of(bytes: Vec<u8>) -> Result<Self, ImportError> {
         let cut = || wrong("a whole heading", "a cut one");
         let version = *bytes
             .get(6)
@@ -137,10 +161,8 @@ impl<'b> Array<'b> {
             ),
             _ => return Err(cut()),
         };
-        let (heading, data) = bytes
-            .get(from..)
-            .and_then(|rest| rest.split_at_checked(length))
-            .ok_or_else(cut)?;
+        let data = length.saturating_add(from);
+        let heading = bytes.get(from..data).ok_or_else(cut)?;
         let heading = String::from_utf8_lossy(heading);
         let is_fortran = entry(&heading, "fortran_order") != Some("False");
         let kind = entry(&heading, "descr")
@@ -150,6 +172,10 @@ impl<'b> Array<'b> {
         let shape = entry(&heading, "shape").unwrap_or_default().to_owned();
         let sides = shape.trim_matches(['(', ')']).split(',').map(str::trim);
         let mut shape: Vec<usize> = sides.filter_map(|side| side.parse().ok()).collect();
+        if shape.len() > AXES_MAX {
+            let expected = format!("an array of at most {AXES_MAX} axes");
+            return Err(wrong(&expected, shape.len().to_string()));
+        }
         if shape == [ROWS, COLUMNS] || shape == [PIXELS] {
             shape.insert(0, 1);
         }
@@ -175,7 +201,8 @@ impl<'b> Array<'b> {
             is_big,
             is_fortran,
             has_frames_last,
-            data,
+            from: data,
+            bytes,
         })
     }
 
@@ -206,7 +233,7 @@ impl<'b> Array<'b> {
     /// Rows of which all cells are there.
     fn whole_rows(&self) -> usize {
         let (rows, cells) = self.rows();
-        let there = self.data.len() / self.kind.1;
+        let there = (self.bytes.len() - self.from) / self.kind.1;
         match self.is_fortran != self.has_frames_last {
             true if there < rows.saturating_mul(cells) => 0,
             true => rows,
@@ -218,7 +245,8 @@ impl<'b> Array<'b> {
         let size = self.kind.1;
         let cells = (0..self.rows().1).map(|cell| {
             let from = self.place(row, cell).saturating_mul(size);
-            self.data
+            let from = from.saturating_add(self.from);
+            self.bytes
                 .get(from..from.saturating_add(size))
                 .map_or(Cell::Empty, |bytes| self.cell(bytes))
         });
@@ -284,7 +312,11 @@ fn kind_of(kind: &str) -> Result<((char, usize), bool), ImportError> {
         .next()
         .and_then(|size| size.parse().ok())
         .unwrap_or(0);
-    let size = if letter == 'U' { 4 * size } else { size };
+    let size = if letter == 'U' {
+        size.saturating_mul(4)
+    } else {
+        size
+    };
     let is_known = matches!(
         (letter, size),
         ('f', 2 | 4 | 8) | ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1) | ('M', 8)

@@ -30,6 +30,15 @@ pub(crate) struct RawRow {
     pub(crate) is_torn: bool,
 }
 
+/// Characters of a column's name, or of each part of it.
+const NAME_CHARS_MAX: usize = 200;
+
+/// A name's beginning: of what is longer nobody asks, and a list has its name once for each of its values.
+pub(crate) fn short(name: &str) -> &str {
+    let end = name.char_indices().nth(NAME_CHARS_MAX);
+    end.map_or(name, |(end, _)| &name[..end])
+}
+
 /// What stands for nothing in other people's files, in lower case.
 const NOTHING: [&str; 6] = ["", "nan", "null", "none", "na", "n/a"];
 
@@ -91,6 +100,16 @@ impl RawRow {
     /// The number of cells.
     pub(crate) fn width(&self) -> usize {
         self.fields.iter().map(|field| field.cells().len()).sum()
+    }
+
+    /// The bytes of its texts.
+    pub(crate) fn text_bytes(&self) -> usize {
+        let cells = self.fields.iter().flat_map(Field::cells);
+        let texts = cells.map(|cell| match cell {
+            Cell::Text(text) => text.len(),
+            _ => 0,
+        });
+        texts.sum()
     }
 
     pub(crate) fn flat(&self) -> Vec<Cell> {

@@ -1,16 +1,15 @@
 //! What a file is packed in, and what it is where it is no recording.
 
+use crate::allowance::Allowance;
 use crate::error::ImportError;
 use flate2::read::MultiGzDecoder;
-use std::io::{Cursor, Read};
+use std::io::{Cursor, ErrorKind, Read};
 use zip::ZipArchive;
 
 /// Bytes by which the container is told.
 pub(crate) const HEAD_BYTES: u64 = 1 << 16;
 /// Bytes of a file that is read at once: arrays, Parquet and JSON.
 const HELD_BYTES_MAX: u64 = 1 << 32;
-/// Bytes of one file of an archive after decompression.
-const UNPACKED_BYTES_MAX: u64 = 1 << 31;
 /// As often a file may be packed within another.
 const PACKED_MAX: usize = 4;
 /// Files of an archive that are named in an error.
@@ -129,16 +128,26 @@ pub(crate) struct Unpacked {
 ///
 /// # Errors
 /// [`ImportError`] for what is no recording, or several.
-pub(crate) fn unpack(input: Input, name: &str) -> Result<Unpacked, ImportError> {
-    unpack_within(input, name, PACKED_MAX)
+pub(crate) fn unpack(
+    input: impl Read + Send + 'static,
+    name: &str,
+    allowance: &Allowance,
+) -> Result<Unpacked, ImportError> {
+    let input = Box::new(allowance.of_file(input));
+    unpack_within(input, name, (PACKED_MAX, allowance))
 }
 
-fn unpack_within(mut input: Input, name: &str, depth: usize) -> Result<Unpacked, ImportError> {
+fn unpack_within(
+    mut input: Input,
+    name: &str,
+    (depth, allowance): (usize, &Allowance),
+) -> Result<Unpacked, ImportError> {
     let deeper = || {
-        depth.checked_sub(1).ok_or(ImportError::Foreign {
+        let less = depth.checked_sub(1).ok_or(ImportError::Foreign {
             found: "a file that is packed several times",
             hint: PACKED_HINT,
-        })
+        });
+        less.map(|less| (less, allowance))
     };
     let mut head = head_of(&mut input)?;
     if let Some(text) = head.strip_prefix(BYTE_ORDER_MARK) {
@@ -147,6 +156,7 @@ fn unpack_within(mut input: Input, name: &str, depth: usize) -> Result<Unpacked,
     if head.starts_with(GZIP) {
         let name = name.strip_suffix(".gz").unwrap_or(name);
         let unpacked = MultiGzDecoder::new(Cursor::new(head).chain(input));
+        let unpacked = allowance.of_unpacked(unpacked);
         return unpack_within(Box::new(unpacked), name, deeper()?);
     }
     if let Some((found, hint)) = foreign(&head) {
@@ -226,19 +236,30 @@ fn is_base64(word: &str) -> bool {
 fn head_of(input: &mut Input) -> Result<Vec<u8>, ImportError> {
     let mut head = Vec::new();
     let read = input.take(HEAD_BYTES).read_to_end(&mut head);
-    read.map_err(|error| ImportError::broken("at its beginning", error.to_string()))?;
+    read.map_err(|error| ImportError::unread("at its beginning", &error))?;
     Ok(head)
 }
 
 pub(crate) fn held(input: impl Read) -> Result<Vec<u8>, ImportError> {
     let mut bytes = Vec::new();
-    let read = input.take(HELD_BYTES_MAX).read_to_end(&mut bytes);
-    read.map_err(|error| ImportError::broken("at its beginning", error.to_string()))?;
-    Ok(bytes)
+    let read = input.take(HELD_BYTES_MAX + 1).read_to_end(&mut bytes);
+    read.map_err(|error| ImportError::unread("the file as a whole", &error))?;
+    match u64::try_from(bytes.len()).unwrap_or(u64::MAX) > HELD_BYTES_MAX {
+        true => Err(ImportError::Container {
+            expected: format!("at most {HELD_BYTES_MAX} bytes of a file that is read at once"),
+            found: "more".to_owned(),
+            hint: "save it in parts, or as CSV, which is read line by line",
+        }),
+        false => Ok(bytes),
+    }
 }
 
 /// numpy's arrays, or the only file.
-fn unzip(bytes: Vec<u8>, name: &str, depth: usize) -> Result<Unpacked, ImportError> {
+fn unzip(
+    bytes: Vec<u8>,
+    name: &str,
+    (depth, allowance): (usize, &Allowance),
+) -> Result<Unpacked, ImportError> {
     let damaged = |error: &dyn core::fmt::Display| ImportError::Container {
         expected: "a whole archive".to_owned(),
         found: error.to_string(),
@@ -255,9 +276,11 @@ fn unzip(bytes: Vec<u8>, name: &str, depth: usize) -> Result<Unpacked, ImportErr
     let mut content = |name: &str| -> Result<Vec<u8>, ImportError> {
         let file = archive.by_name(name).map_err(|error| damaged(&error))?;
         let mut content = Vec::new();
-        file.take(UNPACKED_BYTES_MAX)
-            .read_to_end(&mut content)
-            .map_err(|error| damaged(&error))?;
+        let read = allowance.of_unpacked(file).read_to_end(&mut content);
+        read.map_err(|error| match error.kind() {
+            ErrorKind::FileTooLarge => ImportError::unread(name, &error),
+            _ => damaged(&error),
+        })?;
         Ok(content)
     };
     let is_array = |name: &String| name.ends_with(".npy");
@@ -283,7 +306,8 @@ fn unzip(bytes: Vec<u8>, name: &str, depth: usize) -> Result<Unpacked, ImportErr
     match &names[..] {
         [only] => {
             let inner = only.rsplit('/').next().unwrap_or(only);
-            unpack_within(Box::new(Cursor::new(content(only)?)), inner, depth)
+            let content = Box::new(Cursor::new(content(only)?));
+            unpack_within(content, inner, (depth, allowance))
         }
         _ => Err(ImportError::unclear(
             format!("the archive has {} files", names.len()),

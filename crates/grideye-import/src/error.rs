@@ -1,6 +1,7 @@
 //! Why a file could not be read, or not to its end.
 
 use grideye_recording::{RecordingError, sensor_of};
+use std::io;
 
 /// Why a file could not be read, or not to its end.
 #[derive(Debug, thiserror::Error)]
@@ -63,6 +64,16 @@ pub enum ImportError {
         /// What to say.
         hint: String,
     },
+    /// A file that becomes more than one of its size may.
+    #[error(
+        "{place}: it becomes {bound}\nhint: if it is what you recorded, unpack it or save it as plain CSV, which is read line by line and may have any length"
+    )]
+    TooLarge {
+        /// Where.
+        place: String,
+        /// What a file of its size may become.
+        bound: String,
+    },
     /// A file of a kind that is not read.
     #[error("expected {expected}, found {found}\nhint: {hint}")]
     Container {
@@ -76,6 +87,17 @@ pub enum ImportError {
 }
 
 impl ImportError {
+    /// What could not be read there, or is more than the file may become.
+    pub(crate) fn unread(place: impl Into<String>, error: &io::Error) -> Self {
+        if error.kind() != io::ErrorKind::FileTooLarge {
+            return Self::broken(place, error.to_string());
+        }
+        Self::TooLarge {
+            place: place.into(),
+            bound: error.to_string(),
+        }
+    }
+
     pub(crate) fn broken(place: impl Into<String>, found: impl Into<String>) -> Self {
         Self::Broken {
             place: place.into(),

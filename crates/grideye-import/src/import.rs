@@ -1,6 +1,7 @@
 //! Opens a file of any layout.
 
 use crate::account::{Account, Tally};
+use crate::allowance::{Allowance, ROW_VALUES_MAX, too_wide};
 use crate::arrays::{NPY_MAGIC, npy, npz};
 use crate::columns::Columns;
 use crate::container::{self, Unpacked, held};
@@ -72,13 +73,14 @@ pub fn open(
     name: &str,
     options: &Options,
 ) -> Result<Import, ImportError> {
+    let allowance = Allowance::default();
     let Unpacked {
         head,
         rest,
         name,
         arrays,
         is_workbook,
-    } = container::unpack(Box::new(input), name)?;
+    } = container::unpack(input, name, &allowance)?;
     let is_session = head.starts_with(LINAIGE);
     let is_known = is_session || is_recording(&head);
     if let Some(found) = other_resolution(&head).filter(|_| is_known) {
@@ -100,13 +102,13 @@ pub fn open(
     let text = String::from_utf8_lossy(&head).into_owned();
     let input = Cursor::new(head).chain(rest);
     let rows: Box<dyn Rows + Send> = match arrays {
-        Some(arrays) => Box::new(npz(&arrays, said)?),
-        _ if is_workbook => workbook(held(input)?, said)?,
-        _ if is_array => Box::new(npy(&held(input)?)?),
-        _ if is_parquet => Box::new(tables::rows(held(input)?)?),
+        Some(arrays) => Box::new(npz(arrays, said, &allowance)?),
+        _ if is_workbook => workbook(held(input)?, said, &allowance)?,
+        _ if is_array => Box::new(npy(held(input)?, &allowance)?),
+        _ if is_parquet => Box::new(tables::rows(held(input)?, &allowance)?),
         _ if json::is_json(&text) => {
             let bytes = held(input)?;
-            match json::rows(&String::from_utf8_lossy(&bytes)) {
+            match json::rows(&String::from_utf8_lossy(&bytes), &allowance)? {
                 Some(rows) => Box::new(rows),
                 None => Box::new(TextRows::new(Cursor::new(bytes), said)?),
             }
@@ -131,12 +133,20 @@ fn other_resolution(head: &[u8]) -> Option<usize> {
 }
 
 #[cfg(feature = "xlsx")]
-fn workbook(bytes: Vec<u8>, said: &Columns) -> Result<Box<dyn Rows + Send>, ImportError> {
-    Ok(Box::new(crate::sheets::rows(bytes, said)?))
+fn workbook(
+    bytes: Vec<u8>,
+    said: &Columns,
+    allowance: &Allowance,
+) -> Result<Box<dyn Rows + Send>, ImportError> {
+    Ok(Box::new(crate::sheets::rows(bytes, said, allowance)?))
 }
 
 #[cfg(not(feature = "xlsx"))]
-fn workbook(_bytes: Vec<u8>, _said: &Columns) -> Result<Box<dyn Rows + Send>, ImportError> {
+fn workbook(
+    _bytes: Vec<u8>,
+    _said: &Columns,
+    _allowance: &Allowance,
+) -> Result<Box<dyn Rows + Send>, ImportError> {
     Err(ImportError::Container {
         expected: "a file that this build reads".to_owned(),
         found: "a workbook".to_owned(),
@@ -167,6 +177,9 @@ fn told(
     while sample.len() < SAMPLE_ROWS && broken.is_none() {
         match rows.next() {
             Ok(None) => break,
+            Ok(Some(row)) if row.width() > ROW_VALUES_MAX => {
+                return Err(too_wide(row.width(), &format!("in row {}", row.number)));
+            }
             Ok(Some(row)) => sample.push(row),
             Err(error) if sample.is_empty() => return Err(error),
             Err(error) => broken = Some(error),

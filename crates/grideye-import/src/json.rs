@@ -1,9 +1,10 @@
 //! JSON: a value per line, an array of them, or an object of arrays.
 
-use crate::cell::{Cell, Field, RawRow};
+use crate::allowance::{Allowance, HELD_VALUE_BYTES, ROW_VALUES_MAX, too_wide};
+use crate::cell::{Cell, Field, RawRow, short};
 use crate::error::ImportError;
 use crate::moment::{self, Moment, Order};
-use crate::source::Held;
+use crate::source::Made;
 use crate::text::{list, stated};
 use grideye_frame::PIXELS;
 use serde_json::Value;
@@ -24,16 +25,19 @@ pub(crate) fn is_json(beginning: &str) -> bool {
 }
 
 /// The rows of a text; `None` if it is none of JSON from the first value on.
-pub(crate) fn rows(text: &str) -> Option<Held> {
-    let mut table = Table::default();
+pub(crate) fn rows(text: &str, allowance: &Allowance) -> Result<Option<Made>, ImportError> {
+    let mut table = Table {
+        allowance: allowance.clone(),
+        ..Table::default()
+    };
     if is_in_lines(text) {
         for (line, number) in text.lines().zip(1_u64..) {
             match split(line) {
-                Some((lead, value)) => table.push(number, lead, &value),
+                Some((lead, value)) => table.push(number, lead, &value)?,
                 None => table.skipped += u64::from(!line.trim().is_empty()),
             }
         }
-        return Some(table.held("JSON in lines", None));
+        return table.made("JSON in lines", None).map(Some);
     }
     let mut elements = Elements { text, at: 0 };
     let mut container = "JSON";
@@ -49,7 +53,7 @@ pub(crate) fn rows(text: &str) -> Option<Held> {
         let value = element.and_then(parsed);
         let Some(value) = value else {
             if table.rows.is_empty() {
-                return None;
+                return Ok(None);
             }
             let line = text[..at].matches('\n').count() + 1;
             broken = Some(ImportError::broken(
@@ -59,14 +63,14 @@ pub(crate) fn rows(text: &str) -> Option<Held> {
             break;
         };
         match columns(&value).or_else(|| keyed(&value)) {
-            Some(rows) => {
+            Some(mut rows) => {
                 container = "a JSON object of arrays";
-                rows.iter().for_each(|row| table.push(0, "", row));
+                rows.try_for_each(|row| table.push(0, "", &row))?;
             }
-            None => table.push(0, "", &value),
+            None => table.push(0, "", &value)?,
         }
     }
-    Some(table.held(container, broken))
+    table.made(container, broken).map(Some)
 }
 
 /// Whether most lines are objects behind what a logger wrote.
@@ -130,7 +134,7 @@ fn parsed(text: &str) -> Option<Value> {
     let value: Option<Value> = serde_json::from_str(text)
         .ok()
         .or_else(|| serde_json::from_str(&python()).ok());
-    value.map(bare)
+    value.map(|value| bare(value, TEXTS_MAX))
 }
 
 /// What Firestore, DynamoDB and MongoDB wrap each value in.
@@ -156,8 +160,11 @@ const WRAPPERS: [&str; 19] = [
     "$oid",
 ];
 
+/// As often a text in JSON may hold JSON again.
+const TEXTS_MAX: usize = 2;
+
 /// A value without its wrappers, and with the JSON that a text in it holds.
-fn bare(value: Value) -> Value {
+fn bare(value: Value, texts: usize) -> Value {
     match value {
         Value::Object(mut object) => {
             let only = object.keys().next().filter(|_| object.len() == 1).cloned();
@@ -165,19 +172,22 @@ fn bare(value: Value) -> Value {
                 .filter(|key| WRAPPERS.contains(&key.as_str()))
                 .and_then(|key| object.remove(&key))
             {
-                Some(inner) => bare(inner),
+                Some(inner) => bare(inner, texts),
                 None => Value::Object(
                     object
                         .into_iter()
-                        .map(|(key, value)| (key, bare(value)))
+                        .map(|(key, value)| (key, bare(value, texts)))
                         .collect(),
                 ),
             }
         }
-        Value::Array(values) => Value::Array(values.into_iter().map(bare).collect()),
-        Value::String(text) if text.trim_start().starts_with('{') => {
+        Value::Array(values) => {
+            let values = values.into_iter().map(|value| bare(value, texts));
+            Value::Array(values.collect())
+        }
+        Value::String(text) if texts > 0 && text.trim_start().starts_with('{') => {
             match serde_json::from_str(&text) {
-                Ok(inner) => bare(inner),
+                Ok(inner) => bare(inner, texts - 1),
                 Err(_) => Value::String(text),
             }
         }
@@ -192,10 +202,11 @@ struct Table {
     places: HashMap<String, usize>,
     rows: Vec<RawRow>,
     skipped: u64,
+    allowance: Allowance,
 }
 
 impl Table {
-    fn push(&mut self, number: u64, lead: &str, value: &Value) {
+    fn push(&mut self, number: u64, lead: &str, value: &Value) -> Result<(), ImportError> {
         let mut named = Vec::new();
         if !lead.trim().is_empty() {
             named.extend(
@@ -211,6 +222,9 @@ impl Table {
                 self.names.push(name.clone());
                 self.names.len() - 1
             });
+            if place >= ROW_VALUES_MAX {
+                return Err(too_wide(place + 1, "in the objects together"));
+            }
             fields.resize(fields.len().max(place + 1), Field::One(Cell::Empty));
             fields[place] = field;
         }
@@ -219,16 +233,26 @@ impl Table {
         } else {
             u64::try_from(self.rows.len()).unwrap_or(u64::MAX) + 1
         };
-        self.rows.push(RawRow {
+        let row = RawRow {
             number,
             fields,
             is_whole: true,
             is_torn: false,
-        });
+        };
+        let place = || format!("value {number}");
+        if row.width() > ROW_VALUES_MAX {
+            return Err(too_wide(row.width(), &format!("in {}", place())));
+        }
+        let values = row.width() + 1;
+        self.allowance
+            .take_values(values, HELD_VALUE_BYTES, place)?;
+        self.allowance.take_values(row.text_bytes(), 1, place)?;
+        self.rows.push(row);
+        Ok(())
     }
 
     /// Each row with all columns; a list that lacks is one of nothing.
-    fn held(mut self, container: &str, broken: Option<ImportError>) -> Held {
+    fn made(mut self, container: &str, broken: Option<ImportError>) -> Result<Made, ImportError> {
         let mut shapes = vec![Field::One(Cell::Empty); self.names.len()];
         for row in &self.rows {
             for (shape, field) in shapes.iter_mut().zip(&row.fields) {
@@ -237,6 +261,11 @@ impl Table {
                 }
             }
         }
+        let width: usize = shapes.iter().map(|shape| shape.cells().len()).sum();
+        let values = width.saturating_mul(self.rows.len());
+        let place = || format!("{} objects with all columns", self.rows.len());
+        self.allowance
+            .take_values(values, HELD_VALUE_BYTES, place)?;
         for row in &mut self.rows {
             row.fields.resize(shapes.len(), Field::One(Cell::Empty));
             for (field, shape) in row.fields.iter_mut().zip(&shapes) {
@@ -251,18 +280,21 @@ impl Table {
         } else {
             self.names
         };
-        Held {
+        let rows = self.rows.into_iter().map(Ok);
+        Ok(Made {
             container: container.to_owned(),
             names,
-            rows: self.rows.into_iter(),
-            broken,
+            rows: Box::new(rows.chain(broken.map(Err))),
             skipped: self.skipped,
-        }
+        })
     }
 }
 
+/// Rows, each made when it is asked for: what stands beside them is in all of them.
+type Rows<'v> = Box<dyn Iterator<Item = Value> + 'v>;
+
 /// The rows of an object whose keys tell them apart, as Firebase exports them: times, or any others in their order.
-fn keyed(value: &Value) -> Option<Vec<Value>> {
+fn keyed(value: &Value) -> Option<Rows<'_>> {
     let mut object = value.as_object()?;
     // Firebase exports the path before the keys.
     while let (1, Some(Value::Object(inner))) = (object.len(), object.values().next()) {
@@ -296,7 +328,7 @@ fn keyed(value: &Value) -> Option<Vec<Value>> {
     } else {
         "key"
     };
-    let row = |(key, value): (&String, &Value)| {
+    let row = move |(key, value): (&String, &Value)| {
         let mut row = serde_json::Map::new();
         row.insert(name.to_owned(), Value::String(key.clone()));
         match value {
@@ -307,7 +339,7 @@ fn keyed(value: &Value) -> Option<Vec<Value>> {
         }
         Value::Object(row)
     };
-    Some(rows.into_iter().map(row).collect())
+    Some(Box::new(rows.into_iter().map(row)))
 }
 
 /// Whether the elements of an array are rows: objects, or arrays of frames.
@@ -333,7 +365,7 @@ fn leaves(value: &Value) -> usize {
 }
 
 /// The rows of an object whose arrays hold one value for each of them, or that has an array of objects.
-fn columns(value: &Value) -> Option<Vec<Value>> {
+fn columns(value: &Value) -> Option<Rows<'_>> {
     let object = value.as_object()?;
     if let Some(rows) = split_by_pandas(object).or_else(|| columns_by_pandas(object)) {
         return Some(rows);
@@ -351,12 +383,12 @@ fn columns(value: &Value) -> Option<Vec<Value>> {
         let beside: serde_json::Map<String, Value> = beside
             .map(|(key, value)| (key.clone(), value.clone()))
             .collect();
-        let whole = |row: &Value| {
+        let whole = move |row: &Value| {
             let mut whole = beside.clone();
             whole.extend(row.as_object().cloned().unwrap_or_default());
             Value::Object(whole)
         };
-        return Some(rows.iter().map(whole).collect());
+        return Some(Box::new(rows.iter().map(whole)));
     }
     let of_frames = |value: &&Value| {
         let Some(first) = value.as_array().and_then(|frames| frames.first()) else {
@@ -365,24 +397,28 @@ fn columns(value: &Value) -> Option<Vec<Value>> {
         first.is_array() && leaves(first) >= PIXELS
     };
     let count = object.values().find(of_frames)?.as_array()?.len();
-    let row = |row: usize| {
-        let each = object.iter().filter_map(|(name, values)| {
-            let values = values.as_array().filter(|values| values.len() == count)?;
-            Some((name.clone(), values.get(row)?.clone()))
-        });
+    let lists = object.iter().filter_map(|(name, values)| {
+        let values = values.as_array().filter(|values| values.len() == count)?;
+        Some((name, values))
+    });
+    let lists: Vec<_> = lists.collect();
+    let row = move |row: usize| {
+        let each = lists
+            .iter()
+            .filter_map(|(name, values)| Some(((*name).clone(), values.get(row)?.clone())));
         Value::Object(each.collect())
     };
-    Some((0..count).map(row).collect())
+    Some(Box::new((0..count).map(row)))
 }
 
 /// Pandas' `to_json(orient="split")`: names, an index, and rows.
-fn split_by_pandas(object: &serde_json::Map<String, Value>) -> Option<Vec<Value>> {
+fn split_by_pandas(object: &serde_json::Map<String, Value>) -> Option<Rows<'_>> {
     let list = |key: &str| object.get(key).and_then(Value::as_array);
-    let (names, rows) = (list("columns")?, list("data")?);
-    let named = |(place, row): (usize, &Value)| {
+    let (names, rows, indices) = (list("columns")?, list("data")?, list("index"));
+    let named = move |(place, row): (usize, &Value)| {
         let mut whole = serde_json::Map::new();
         whole.extend(
-            list("index")
+            indices
                 .and_then(|index| index.get(place))
                 .map(|index| ("index".to_owned(), index.clone())),
         );
@@ -393,11 +429,11 @@ fn split_by_pandas(object: &serde_json::Map<String, Value>) -> Option<Vec<Value>
         whole.extend(names.zip(row.as_array().cloned().unwrap_or_default()));
         Value::Object(whole)
     };
-    Some(rows.iter().enumerate().map(named).collect())
+    Some(Box::new(rows.iter().enumerate().map(named)))
 }
 
 /// Pandas' `to_json()`: an object for each column, with the same keys.
-fn columns_by_pandas(object: &serde_json::Map<String, Value>) -> Option<Vec<Value>> {
+fn columns_by_pandas(object: &serde_json::Map<String, Value>) -> Option<Rows<'_>> {
     let columns: Option<Vec<_>> = object
         .iter()
         .map(|(name, column)| Some((name, column.as_object()?)))
@@ -410,21 +446,22 @@ fn columns_by_pandas(object: &serde_json::Map<String, Value>) -> Option<Vec<Valu
     {
         return None;
     }
-    let row = |key: &String| {
+    let row = move |key: &String| {
         let cells = columns
             .iter()
             .filter_map(|(name, column)| Some(((*name).clone(), column.get(key)?.clone())));
         Value::Object(cells.collect())
     };
-    Some(keys.into_iter().map(row).collect())
+    Some(Box::new(keys.into_iter().map(row)))
 }
 
 fn flatten(name: String, value: &Value, into: &mut Vec<(String, Field)>) {
     match value {
         Value::Object(object) => {
             for (key, value) in object {
+                let key = short(key);
                 let name = match name.as_str() {
-                    "" => key.clone(),
+                    "" => key.to_owned(),
                     outer => format!("{outer}.{key}"),
                 };
                 flatten(name, value, into);

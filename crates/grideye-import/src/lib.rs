@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod account;
+mod allowance;
 mod arrays;
 mod cell;
 mod columns;

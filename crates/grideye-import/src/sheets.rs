@@ -1,21 +1,24 @@
 //! Workbooks (`.xlsx`): a sheet is a text of cells separated by tabs, so that all layouts of texts are read.
 
+use crate::allowance::{Allowance, HELD_VALUE_BYTES};
 use crate::columns::Columns;
 use crate::error::ImportError;
 use crate::text::{Separator, TextRows};
-use calamine::{DataRef, ExcelDateTime, ExcelDateTimeType, Reader, SheetType, Xlsx, XlsxError};
+use calamine::{DataRef, ExcelDateTime, ExcelDateTimeType, Reader, SheetType, Xlsx};
+use core::fmt::Display;
 use core::time::Duration;
 use grideye_frame::PIXELS;
-use std::io::Cursor;
+use std::io::{Cursor, ErrorKind, Read as _};
+use zip::ZipArchive;
 
 /// Columns of a sheet; those of the largest sensor here are 1,024.
 const COLUMNS_MAX: u32 = 2_048;
 /// As many as Excel has.
 const ROWS_MAX: u32 = 1_048_576;
-/// Bytes of one sheet's text: half a million frames.
-const TEXT_BYTES_MAX: usize = 1 << 28;
 /// Sheets named in an error.
 const NAMED_MAX: usize = 8;
+/// As many sheets may have the largest part, before each is counted as it.
+const SHEETS_SHARE: usize = 8;
 const HINT: &str =
     "save it in Excel or LibreOffice as .xlsx without a password, or the sheet as CSV";
 /// Days between the two epochs of Excel.
@@ -26,7 +29,9 @@ const SECONDS_PER_DAY: u64 = 86_400;
 pub(crate) fn rows(
     bytes: Vec<u8>,
     said: &Columns,
+    allowance: &Allowance,
 ) -> Result<TextRows<Cursor<String>>, ImportError> {
+    let largest = unpacked(&bytes, allowance)?;
     let mut book = Xlsx::new(Cursor::new(bytes)).map_err(|error| wrong(&error))?;
     let sheets = book.sheets_metadata().iter();
     let sheets = sheets.filter(|sheet| sheet.typ == SheetType::WorkSheet);
@@ -41,7 +46,9 @@ pub(crate) fn rows(
         if asked.is_some_and(|asked| asked != place) {
             continue;
         }
-        let text = text_of(&mut book, name)?;
+        // Many sheets may have one part.
+        allowance.take_values(largest / SHEETS_SHARE, 1, || name.clone())?;
+        let text = text_of(&mut book, name, allowance)?;
         match TextRows::separated(Cursor::new(text), Some(Separator::Tab), said) {
             Ok(rows) => found.push((place, rows)),
             Err(error) => without = error,
@@ -52,6 +59,42 @@ pub(crate) fn rows(
     }
     let (place, rows) = found.pop().ok_or(without)?;
     Ok(rows.called(format!("the sheet {} of a workbook", names[place])))
+}
+
+/// Unpacks all parts once, because the reader of workbooks believes what they say of themselves, and holds them; the bytes of the
+/// largest one.
+fn unpacked(book: &[u8], allowance: &Allowance) -> Result<usize, ImportError> {
+    let mut archive = ZipArchive::new(Cursor::new(book)).map_err(|error| wrong(&error))?;
+    let mut largest = 0;
+    for index in 0..archive.len() {
+        let part = archive.by_index(index).map_err(|error| wrong(&error))?;
+        let name = part.name().to_owned();
+        let mut bytes = Vec::new();
+        let read = allowance.of_unpacked(part).read_to_end(&mut bytes);
+        read.map_err(|error| match error.kind() {
+            ErrorKind::FileTooLarge => ImportError::unread(&name, &error),
+            _ => wrong(&error),
+        })?;
+        largest = largest.max(bytes.len());
+        let xml = String::from_utf8_lossy(&bytes);
+        // As many texts the reader makes room for.
+        for (at, key) in xml.match_indices("uniqueCount") {
+            let value = xml[at + key.len()..].trim_start().trim_start_matches('=');
+            let value = value.trim_start().get(1..).unwrap_or_default();
+            let end = value.find(|digit: char| !digit.is_ascii_digit());
+            let count = &value[..end.unwrap_or(0)];
+            if !count.is_empty()
+                && count
+                    .parse()
+                    .map_or(true, |count: usize| count > bytes.len())
+            {
+                return Err(wrong(&format!(
+                    "{count} texts that are not there, in {name}"
+                )));
+            }
+        }
+    }
+    Ok(largest)
 }
 
 fn several(places: impl ExactSizeIterator<Item = usize>, names: &[String]) -> ImportError {
@@ -78,24 +121,21 @@ fn place_of(names: &[String], asked: &str) -> Result<usize, ImportError> {
 type Book = Xlsx<Cursor<Vec<u8>>>;
 
 /// Each row of the sheet in its own line.
-fn text_of(book: &mut Book, name: &str) -> Result<String, ImportError> {
+fn text_of(book: &mut Book, name: &str, allowance: &Allowance) -> Result<String, ImportError> {
     let is_1904 = book.has_1904_epoch();
     let cells = book.worksheet_cells_reader(name);
     let mut cells = cells.map_err(|error| wrong(&error))?;
-    let (mut rows, mut bytes) = (Vec::<Vec<String>>::new(), 0);
+    let mut rows = Vec::<Vec<String>>::new();
     while let Some(cell) = cells.next_cell().map_err(|error| wrong(&error))? {
         let (row_number, column) = cell.get_position();
         let text = text(cell.get_value(), is_1904);
-        bytes += text.len() + 1;
         let (Ok(row), Ok(place), true) = (
             usize::try_from(row_number),
             usize::try_from(column),
-            column < COLUMNS_MAX && row_number < ROWS_MAX && bytes <= TEXT_BYTES_MAX,
+            column < COLUMNS_MAX && row_number < ROWS_MAX,
         ) else {
             return Err(ImportError::Container {
-                expected: format!(
-                    "at most {COLUMNS_MAX} columns, {ROWS_MAX} rows and 256 MB of text"
-                ),
+                expected: format!("at most {COLUMNS_MAX} columns and {ROWS_MAX} rows"),
                 found: format!("a larger one, {name}"),
                 hint: HINT,
             });
@@ -103,8 +143,14 @@ fn text_of(book: &mut Book, name: &str) -> Result<String, ImportError> {
         if text.is_empty() {
             continue;
         }
+        let empty_rows = (row + 1).saturating_sub(rows.len());
         rows.resize_with(rows.len().max(row + 1), Vec::new);
         let fields = &mut rows[row];
+        // Cells that the file leaves out are there too.
+        let values = empty_rows + (place + 1).saturating_sub(fields.len());
+        let cell = || format!("{name}, row {}", row + 1);
+        allowance.take_values(values, HELD_VALUE_BYTES, cell)?;
+        allowance.take_values(text.len(), 1, cell)?;
         fields.resize(fields.len().max(place + 1), String::new());
         fields[place] = text;
     }
@@ -179,7 +225,7 @@ fn moment(time: &ExcelDateTime, is_1904: bool) -> Option<String> {
     })
 }
 
-fn wrong(error: &XlsxError) -> ImportError {
+fn wrong(error: &dyn Display) -> ImportError {
     ImportError::Container {
         expected: "a whole workbook".to_owned(),
         found: error.to_string(),

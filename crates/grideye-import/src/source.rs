@@ -30,30 +30,23 @@ pub(crate) trait Rows {
     fn container(&self) -> String;
 }
 
-/// Rows that are in memory.
-pub(crate) struct Held {
+/// The rows of a container that is not a text.
+pub(crate) struct Made {
     pub(crate) container: String,
     pub(crate) names: Vec<String>,
-    pub(crate) rows: std::vec::IntoIter<RawRow>,
-    /// Told after the last row: where the file breaks off.
-    pub(crate) broken: Option<ImportError>,
+    /// Ends with the first error.
+    pub(crate) rows: Box<dyn Iterator<Item = Result<RawRow, ImportError>> + Send>,
     /// Lines that are no rows.
     pub(crate) skipped: u64,
 }
 
-impl Rows for Held {
+impl Rows for Made {
     fn names(&self) -> Option<&[String]> {
         (!self.names.is_empty()).then_some(&self.names)
     }
 
     fn next(&mut self) -> Result<Option<RawRow>, ImportError> {
-        match (self.rows.next(), self.broken.take()) {
-            (None, Some(broken)) => Err(broken),
-            (row, broken) => {
-                self.broken = broken;
-                Ok(row)
-            }
-        }
+        self.rows.next().transpose()
     }
 
     fn skipped(&self) -> u64 {

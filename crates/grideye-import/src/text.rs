@@ -24,8 +24,9 @@ use lines::{Line, Lines};
 use std::collections::VecDeque;
 use std::io::Read;
 
-/// Lines by which the layout is told.
+/// Lines by which the layout is told, and bytes, where lines are long.
 const HEAD_LINES: usize = 512;
+const HEAD_BYTES: usize = 1 << 21;
 
 pub(crate) struct TextRows<R> {
     lines: Lines<R>,
@@ -55,14 +56,13 @@ impl<R: Read> TextRows<R> {
         said: &Columns,
     ) -> Result<Self, ImportError> {
         let mut lines = Lines::new(input);
-        let mut head = VecDeque::new();
-        while head.len() < HEAD_LINES {
-            let Some(line) = lines.next()? else {
-                break;
-            };
-            head.push_back(line);
+        let (mut head, mut bytes, mut is_all) = (VecDeque::new(), 0, false);
+        while head.len() < HEAD_LINES && bytes < HEAD_BYTES && !is_all {
+            let line = lines.next()?;
+            is_all = line.is_none();
+            bytes += line.as_ref().map_or(0, |line| line.text.len());
+            head.extend(line);
         }
-        let is_all = head.len() < HEAD_LINES;
         let layout = Layout::of(head.make_contiguous(), separator, said.first_row, is_all)?;
         let beside = Beside::of(&layout, head.make_contiguous(), said.between)?;
         Ok(Self {

@@ -10,4 +10,4 @@ pub use comparison::{Compared, Sides, compare, hashed, hashed_text};
 pub use error::InputError;
 pub use read::{TOML_HINT, faults, faults_of, profile, profile_or_built_in, thresholds};
 pub use scene::{Beside, LoadedScene, SceneText, scene, sensor_name};
-pub use text::{open, read_text, text};
+pub use text::{open, read_text, regular, text};

@@ -1,11 +1,10 @@
 //! A scene's file, and the files that it names.
 
 use crate::error::InputError;
-use crate::text::{read_text, text};
+use crate::text::{read_text, regular, text};
 use grideye_scene::profile::BUILT_IN;
 use grideye_scene::{Files, Model, Scene, Unseen};
 use std::cell::RefCell;
-use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -37,7 +36,7 @@ impl Files for Beside {
             return Ok(found.ok_or(io::ErrorKind::NotFound)?.1.to_owned());
         }
         let path = self.folder.join(relative);
-        let text = read_text(File::open(&path)?)?;
+        let text = read_text(regular(&path)?)?;
         self.read.borrow_mut().push(path);
         Ok(text)
     }

@@ -45,12 +45,28 @@ pub fn read_text(input: impl Read) -> io::Result<String> {
     })
 }
 
+/// Opens a file, and nothing that stands in place of one: a pipe gives nothing until somebody writes into it, and a device may
+/// have no end.
+/// # Errors
+/// If there is none, or it is a folder, a pipe, a socket or a device.
+pub fn regular(path: &Path) -> io::Result<File> {
+    let about = path.metadata()?;
+    if about.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    if !about.is_file() {
+        let told = "it is a pipe, a socket or a device, and only files are read: save into a file what comes from it";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, told));
+    }
+    File::open(path)
+}
+
 /// The text of a file; `what` it is stands in errors, and `hint` says what to name.
 /// # Errors
 /// If it cannot be read, is longer than [`TEXT_BYTES_MAX`], or is not UTF-8.
 pub fn text(path: &Path, what: &str, hint: &str) -> Result<String, InputError> {
     let shown = path.display();
-    File::open(path).and_then(read_text).map_err(|error| {
+    regular(path).and_then(read_text).map_err(|error| {
         let place = error.get_ref().and_then(|error| error.downcast_ref());
         match place {
             Some(NotUtf8 { line, column, byte }) => InputError::new(format!(
@@ -65,14 +81,9 @@ pub fn text(path: &Path, what: &str, hint: &str) -> Result<String, InputError> {
 
 /// Opens a file to be read piece by piece.
 /// # Errors
-/// If there is none, or it is a folder.
+/// As [`regular`].
 pub fn open(path: &Path) -> Result<BufReader<File>, InputError> {
-    let opened = if path.is_dir() {
-        Err(io::ErrorKind::IsADirectory.into())
-    } else {
-        File::open(path)
-    };
-    opened.map(BufReader::new).map_err(|error| {
+    regular(path).map(BufReader::new).map_err(|error| {
         InputError::new(format!(
             "cannot open {}: {error}\nhint: name an existing file that you may read",
             path.display()

@@ -17,8 +17,11 @@ pub(crate) struct Scene {
     pub(crate) name: String,
 }
 
-/// Degrees of all frames, frame after frame and row after row, and the shape.
-type Frames = (Vec<f64>, [usize; 3]);
+/// Degrees of all frames as 32-bit floats, frame after frame and row after row, and the shape.
+type Frames = (Vec<u8>, [usize; 3]);
+
+/// Bytes of the frames of one call: four million of a Grid-EYE.
+const FRAMES_BYTES_MAX: usize = 1 << 30;
 
 #[pymethods]
 impl Scene {
@@ -56,7 +59,7 @@ impl Scene {
         self.loaded.scene.duration().as_secs_f64()
     }
 
-    /// The frames as 64-bit floats, and their shape.
+    /// The frames as 32-bit floats, and their shape.
     fn simulate<'py>(
         &self,
         py: Python<'py>,
@@ -68,8 +71,7 @@ impl Scene {
         let frames = work(py, move || {
             simulated(&loaded, sensor.as_deref(), (frames, seed))
         })?;
-        let (celsius, shape) = frames.map_err(|error| raised(py, &error))?;
-        let bytes: Vec<u8> = celsius.iter().flat_map(|c| c.to_ne_bytes()).collect();
+        let (bytes, shape) = frames.map_err(|error| raised(py, &error))?;
         Ok((PyByteArray::new(py, &bytes), shape))
     }
 }
@@ -100,10 +102,34 @@ fn simulated(
         };
         number.unwrap_or(u32::MAX)
     });
-    let mut celsius = Vec::new();
-    for index in (0..frames).take_while(|_| !is_stopped()) {
-        celsius.extend(simulator.noisy(sensor.frame_time(index), seed).celsius);
+    let shape = [
+        frames.try_into().unwrap_or(usize::MAX),
+        sensor.rows,
+        sensor.columns,
+    ];
+    let pixels = sensor.rows * sensor.columns;
+    let bytes = shape[0]
+        .saturating_mul(pixels)
+        .saturating_mul(size_of::<f32>());
+    if bytes > FRAMES_BYTES_MAX {
+        return Err(InputError::new(format!(
+            "{frames} frames of {} x {} pixels have {bytes} bytes, expected at most {FRAMES_BYTES_MAX}\nhint: say how many with frames=; grideye simulate writes any number into a file",
+            sensor.columns, sensor.rows
+        )));
     }
-    let number = celsius.len() / (sensor.rows * sensor.columns);
-    Ok((celsius, [number, sensor.rows, sensor.columns]))
+    let mut celsius = Vec::with_capacity(bytes);
+    for index in (0..frames).take_while(|_| !is_stopped()) {
+        let image = simulator.noisy(sensor.frame_time(index), seed).celsius;
+        celsius.extend(image.iter().flat_map(|c| single(*c).to_ne_bytes()));
+    }
+    Ok((celsius, shape))
+}
+
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    reason = "rounded to the nearest, as numpy does"
+)]
+fn single(celsius: f64) -> f32 {
+    celsius as f32
 }

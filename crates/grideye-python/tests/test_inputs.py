@@ -1,5 +1,6 @@
 """Errors with their place, missing frames, and what other packages get."""
 
+import os
 import subprocess
 import sys
 
@@ -20,6 +21,31 @@ def test_a_scene_with_a_mistake_says_where_and_what_to_do(tmp_path):
     with pytest.raises(ge.InputError) as error:
         ge.Scene.load(tmp_path / "none.toml")
     assert (error.value.file, error.value.line) == (str(tmp_path / "none.toml"), None)
+
+
+@pytest.mark.parametrize("frames", [2**22 + 1, 2**31, 2**32 - 1])
+def test_more_frames_than_memory_holds_are_refused_and_the_interpreter_goes_on(frames):
+    code = f"""
+import resource
+import grideye_hil as ge
+resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
+scene = ge.Scene.load({str(SCENES / "experiment-3.toml")!r})
+try:
+    scene.simulate({frames})
+except ge.InputError as error:
+    print(error)
+print(scene.simulate(3).shape)
+"""
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    told, hint, shape = ended.stdout.splitlines()
+    assert told == f"{frames} frames of 8 x 8 pixels have {256 * frames} bytes, expected at most 1073741824", ended
+    assert hint.startswith("hint: ") and shape == "(3, 8, 8)"
+
+
+def test_a_pipe_is_no_recording(tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(ge.InputError, match="it is a pipe"):
+        ge.Recording.read(tmp_path / "pipe.csv")
 
 
 def test_a_row_that_is_cut_says_where(tmp_path, walk):

@@ -97,7 +97,7 @@ impl<'a> Source<'a> {
 
     pub(crate) fn mistyped(&self, value: &Spanned<DeValue<'_>>, expected: &str) -> Refusal {
         let found = match value.get_ref() {
-            DeValue::String(text) => format!("string {text:?}"),
+            DeValue::String(text) => format!("string {:?}", excerpt(text)),
             DeValue::Integer(number) => format!("integer `{number}`"),
             DeValue::Float(number) => format!("floating point `{number}`"),
             DeValue::Boolean(flag) => format!("boolean `{flag}`"),

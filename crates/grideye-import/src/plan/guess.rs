@@ -2,7 +2,7 @@
 
 use super::facts::Facts;
 use super::names;
-use crate::cell::{Cell, Field, RawRow};
+use crate::cell::{Cell, Field, RawRow, short};
 use crate::columns::{Columns, Place, Role, Unit};
 use crate::error::ImportError;
 use crate::moment::{Order, order_of};
@@ -35,7 +35,7 @@ impl Guess {
         for (index, field) in model.fields.iter().enumerate() {
             let name = names
                 .and_then(|names| names.get(index))
-                .cloned()
+                .map(|name| short(name).to_owned())
                 .unwrap_or_default();
             match field {
                 Field::One(_) => flat_names.push(name),

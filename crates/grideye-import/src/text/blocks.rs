@@ -109,6 +109,8 @@ impl Blocks {
         let ended = if begins { self.end() } else { None };
         self.has_begun |= begins;
         self.count += 1;
+        // More rows are no frame, however many they are.
+        self.rows.truncate(ROWS);
         self.rows.push(row);
         ended
     }

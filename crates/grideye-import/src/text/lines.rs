@@ -3,8 +3,8 @@
 use crate::error::ImportError;
 use std::io::{BufRead, BufReader, Read};
 
-/// Bytes of the longest line; a frame printed with 18 decimals has about 1,700.
-const LINE_BYTES_MAX: usize = 1 << 20;
+/// Bytes of the longest line; a frame printed with 18 decimals has about 1,700, an image of 160 x 120 pixels 120,000.
+const LINE_BYTES_MAX: usize = 1 << 18;
 /// A list may go over as many lines.
 const JOINED_MAX: usize = 24;
 const BYTE_ORDER_MARK: char = '\u{feff}';
@@ -53,7 +53,7 @@ impl<R: Read> Lines<R> {
             line.blanks = blanks;
             let mut joined = 1;
             let quoted = line.text.matches('"').count() % 2 == 1;
-            while is_open(&line.text) && joined < JOINED_MAX {
+            while joined < JOINED_MAX && line.text.len() < LINE_BYTES_MAX && is_open(&line.text) {
                 let Some(more) = self.physical()? else {
                     line.ended = false;
                     break;
@@ -78,7 +78,7 @@ impl<R: Read> Lines<R> {
         let mut limited = (&mut self.input).take(limit);
         let place = || format!("line {number}");
         let read = limited.read_until(b'\n', &mut bytes);
-        read.map_err(|error| ImportError::broken(place(), error.to_string()))?;
+        read.map_err(|error| ImportError::unread(place(), &error))?;
         if bytes.is_empty() {
             return Ok(None);
         }

@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod arrays;
 #[cfg(test)]
+mod bombs;
+#[cfg(test)]
 mod faults;
 #[cfg(test)]
 mod layouts;

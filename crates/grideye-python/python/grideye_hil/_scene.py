@@ -79,10 +79,11 @@ class Scene:
             scene's start, the others follow at the sensor's rate.
 
         Raises:
-            InputError: if the scene has several sensors and none is named, or none of this name.
+            InputError: if the scene has several sensors and none is named, or none of this name; if the frames would take more
+                than 1 GiB, which are 4 million of a Grid-EYE.
         """
         data, shape = self._native.simulate(frames, seed, sensor)
-        return np.frombuffer(data, np.float64).reshape(shape).astype(np.float32)
+        return np.frombuffer(data, np.float32).reshape(shape)
 
     def __repr__(self) -> str:
         return f"Scene({self._native.name!r}, sensors={self.sensors})"

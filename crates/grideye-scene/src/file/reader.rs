@@ -6,6 +6,7 @@ use crate::model::{Model, SceneError, limits};
 use crate::text::MM_PER_M;
 use glam::DVec3;
 use grideye_text::{Refusal, Source, Table, Value};
+use std::cell::Cell;
 use std::collections::HashMap;
 
 pub(crate) type Read<T> = Result<T, SceneError>;
@@ -16,6 +17,8 @@ pub(crate) struct Reader<'a> {
     /// Whether agents that leave the room or run into something are reported.
     pub(crate) checks_places: bool,
     pub(crate) files: &'a dyn Files,
+    /// Bytes of the files that were read.
+    pub(crate) named_bytes: Cell<usize>,
 }
 
 impl Reader<'_> {
@@ -30,6 +33,17 @@ impl Reader<'_> {
         };
         let text = self.files.read(relative).map_err(unreadable)?;
         source(relative, &text)?;
+        // A file counts as often as it is named, because it is read as often.
+        let named_bytes = self.named_bytes.get().saturating_add(text.len());
+        self.named_bytes.set(named_bytes);
+        if named_bytes > limits::NAMED_BYTES_MAX {
+            let most = limits::NAMED_BYTES_MAX;
+            let problem = format!(
+                "the files named up to `{relative}` have {named_bytes} bytes, expected at most {most}"
+            );
+            let hint = "name fewer of them, or simplify the meshes: a sensor of 8 x 8 pixels sees no finer than a few centimeters";
+            return Err(path.place().refused(problem, hint).into());
+        }
         Ok(text)
     }
 }

@@ -15,6 +15,7 @@ use crate::model::{
 use crate::radiometry::{Band, Law};
 use crate::text::{Utc, millimeters, reach};
 use grideye_text::{Source, Table};
+use std::cell::Cell;
 use std::collections::HashSet;
 use std::sync::Arc;
 use toml::Spanned;
@@ -159,6 +160,7 @@ fn parse(
         model: model.unwrap_or(of_file),
         checks_places,
         files,
+        named_bytes: Cell::default(),
     };
     check_touches(&tables)?;
     read(&reader, &tables)

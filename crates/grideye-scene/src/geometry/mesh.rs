@@ -1,6 +1,7 @@
 //! Surfaces of flat faces: cuboids, pyramids, any polyhedron, and round bodies as polyhedra of many faces.
 
 use super::cuboid::Cuboid;
+use super::polygon::{CUTTING_STEPS_MAX, FLAT, convex_pieces};
 use super::{count, polygon};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
@@ -64,6 +65,16 @@ pub enum MeshError {
     NoArea {
         /// The face, from 0.
         face: usize,
+    },
+    /// Faces that are not convex have more corners than are cut into triangles.
+    #[error(
+        "face {face} is not convex and has {corners} corners: the squares of such faces' corners are more than {CUTTING_STEPS_MAX} together, cut them into triangles"
+    )]
+    TooManyCorners {
+        /// The face, from 0.
+        face: usize,
+        /// Its number of corners.
+        corners: usize,
     },
     /// There are no faces.
     #[error("no faces")]
@@ -140,6 +151,7 @@ impl Mesh {
     pub fn new(vertices_m: Vec<DVec3>, faces: &[Vec<i64>]) -> Result<Self, MeshError> {
         let last = i64::try_from(vertices_m.len()).unwrap_or(i64::MAX) - 1;
         let mut mesh = Self::without_faces(vertices_m, Enclosure::Open);
+        let mut steps = CUTTING_STEPS_MAX;
         for (face, corners) in faces.iter().enumerate() {
             if corners.len() < 3 {
                 return Err(MeshError::TooFewCorners {
@@ -158,7 +170,11 @@ impl Mesh {
                     })
             };
             let corners = corners.iter().map(known).collect::<Result<Vec<_>, _>>()?;
-            let pieces = convex_pieces(&mesh.vertices_m, &corners);
+            let pieces = convex_pieces(&mesh.vertices_m, &corners, &mut steps);
+            let pieces = pieces.ok_or(MeshError::TooManyCorners {
+                face,
+                corners: corners.len(),
+            })?;
             if pieces.is_empty() {
                 return Err(MeshError::NoArea { face });
             }
@@ -220,7 +236,8 @@ impl Mesh {
                 .collect();
             for (part, value) in parts(face, &corners) {
                 let indices: Vec<usize> = (0..part.len()).collect();
-                if part.len() < 3 || convex_pieces(&part, &indices).is_empty() {
+                let pieces = || convex_pieces(&part, &indices, &mut 0);
+                if part.len() < 3 || pieces().is_some_and(|pieces| pieces.is_empty()) {
                     continue;
                 }
                 let first = cut.vertices_m.len();
@@ -362,6 +379,10 @@ impl Mesh {
     }
 
     fn is_convex(&self) -> bool {
+        // Nothing but speed is lost by not knowing it of a body with more.
+        if self.given().len().saturating_mul(self.vertices_m.len()) > CONVEX_CHECKS_MAX {
+            return false;
+        }
         let (low, high) = self.bounds_m();
         let slack_m = FLAT * (high - low).length();
         self.faces().all(|face| {
@@ -374,73 +395,8 @@ impl Mesh {
     }
 }
 
-/// The tolerance for flat faces and convex surfaces, relative to their extent.
-const FLAT: f64 = 1e-9;
-
-/// The face unchanged if it is flat and convex, otherwise cut into triangles; nothing for a face without area.
-fn convex_pieces(vertices_m: &[DVec3], face: &[usize]) -> Vec<Vec<usize>> {
-    let normal = area_vector(vertices_m, face);
-    let anchor = vertices_m[face[0]];
-    let extent_m = face
-        .iter()
-        .map(|corner| vertices_m[*corner].distance(anchor))
-        .fold(0.0, f64::max);
-    if normal.length() <= FLAT * extent_m * extent_m {
-        return Vec::new();
-    }
-    let outward = normal.normalize();
-    let is_flat = face
-        .iter()
-        .all(|corner| outward.dot(vertices_m[*corner] - anchor).abs() <= FLAT * extent_m);
-    let turns_left = |index: usize| turn(vertices_m, face, outward, index) >= 0.0;
-    if is_flat && (0..face.len()).all(turns_left) {
-        return vec![face.to_vec()];
-    }
-    ears(vertices_m, face, outward)
-}
-
-/// How much the outline turns left at a corner, seen against `outward`: twice the area of the triangle there.
-fn turn(vertices_m: &[DVec3], face: &[usize], outward: DVec3, index: usize) -> f64 {
-    let at = |offset: usize| vertices_m[face[(index + offset) % face.len()]];
-    let (before, here, after) = (at(face.len() - 1), at(0), at(1));
-    outward.dot((here - before).cross(after - here))
-}
-
-/// Cuts a face into triangles by ear clipping.
-fn ears(vertices_m: &[DVec3], face: &[usize], outward: DVec3) -> Vec<Vec<usize>> {
-    let mut rest = face.to_vec();
-    let mut triangles = Vec::new();
-    while rest.len() > 3 {
-        let is_ear = |index: &usize| {
-            let corners = [rest.len() - 1, 0, 1].map(|offset| rest[(index + offset) % rest.len()]);
-            turn(vertices_m, &rest, outward, *index) > 0.0
-                && rest
-                    .iter()
-                    .filter(|corner| !corners.contains(corner))
-                    .all(|corner| !is_within(vertices_m, corners, outward, *corner))
-        };
-        // A simple polygon has at least two ears; a self-crossing one is cut somewhere.
-        let ear = (0..rest.len()).find(is_ear).unwrap_or(0);
-        let corners = [rest.len() - 1, 0, 1].map(|offset| rest[(ear + offset) % rest.len()]);
-        if turn(vertices_m, &rest, outward, ear).abs() > 0.0 {
-            triangles.push(corners.to_vec());
-        }
-        rest.remove(ear);
-    }
-    triangles.push(rest);
-    triangles
-}
-
-fn is_within(vertices_m: &[DVec3], triangle: [usize; 3], outward: DVec3, corner: usize) -> bool {
-    let point = vertices_m[corner];
-    let side = |from: usize, to: usize| {
-        outward.dot(
-            (vertices_m[triangle[to]] - vertices_m[triangle[from]])
-                .cross(point - vertices_m[triangle[from]]),
-        )
-    };
-    side(0, 1) >= 0.0 && side(1, 2) >= 0.0 && side(2, 0) >= 0.0
-}
+/// Vertices times faces of a body that is checked for dents.
+const CONVEX_CHECKS_MAX: usize = 1 << 26;
 
 fn area_vector(vertices_m: &[DVec3], face: &[usize]) -> DVec3 {
     polygon::area_vector(face.iter().map(|corner| vertices_m[*corner]))

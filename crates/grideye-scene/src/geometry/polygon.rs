@@ -1,4 +1,4 @@
-//! Flat outlines: clipping, hulls, areas and normals.
+//! Flat outlines: clipping, hulls, areas, normals, and what is cut into triangles.
 
 use glam::{DVec2, DVec3};
 use std::ops::{Add, Mul};
@@ -78,6 +78,90 @@ pub(crate) fn area_m2(plan_m: &[DVec2]) -> f64 {
     let walls = plan_m.iter().zip(plan_m.iter().cycle().skip(1));
     let doubled = walls.map(|(from, to)| (*from - anchor).perp_dot(*to - anchor));
     0.5 * doubled.sum::<f64>()
+}
+
+/// The tolerance for flat faces and convex surfaces, relative to their extent.
+pub(super) const FLAT: f64 = 1e-9;
+
+/// The squares of the corners of one surface's faces that are cut into triangles, which takes as long.
+pub(super) const CUTTING_STEPS_MAX: usize = 1 << 26;
+
+/// The face unchanged if it is flat and convex, otherwise cut into triangles; nothing for a face without area, and `None` if
+/// cutting takes more than the steps that are left.
+pub(super) fn convex_pieces(
+    vertices_m: &[DVec3],
+    face: &[usize],
+    steps: &mut usize,
+) -> Option<Vec<Vec<usize>>> {
+    let normal = area_vector(face.iter().map(|corner| vertices_m[*corner]));
+    let anchor = vertices_m[face[0]];
+    let extent_m = face
+        .iter()
+        .map(|corner| vertices_m[*corner].distance(anchor))
+        .fold(0.0, f64::max);
+    if normal.length() <= FLAT * extent_m * extent_m {
+        return Some(Vec::new());
+    }
+    let outward = normal.normalize();
+    let is_flat = face
+        .iter()
+        .all(|corner| outward.dot(vertices_m[*corner] - anchor).abs() <= FLAT * extent_m);
+    let turns_left = |index: usize| turn(vertices_m, face, outward, index) >= 0.0;
+    if is_flat && (0..face.len()).all(turns_left) {
+        return Some(vec![face.to_vec()]);
+    }
+    *steps = steps.checked_sub(face.len().saturating_mul(face.len()))?;
+    Some(ears(vertices_m, face, outward))
+}
+
+/// How much the outline turns left at a corner, seen against `outward`: twice the area of the triangle there.
+fn turn(vertices_m: &[DVec3], face: &[usize], outward: DVec3, index: usize) -> f64 {
+    let at = |offset: usize| vertices_m[face[(index + offset) % face.len()]];
+    let (before, here, after) = (at(face.len() - 1), at(0), at(1));
+    outward.dot((here - before).cross(after - here))
+}
+
+/// Cuts a face into triangles by ear clipping: only the corners beside an ear change by cutting it off.
+fn ears(vertices_m: &[DVec3], face: &[usize], outward: DVec3) -> Vec<Vec<usize>> {
+    let around = |rest: &[usize], index: usize| {
+        [rest.len() - 1, 0, 1].map(|offset| rest[(index + offset) % rest.len()])
+    };
+    let is_ear = |rest: &[usize], index: usize| {
+        let corners = around(rest, index);
+        turn(vertices_m, rest, outward, index) > 0.0
+            && rest
+                .iter()
+                .filter(|corner| !corners.contains(corner))
+                .all(|corner| !is_within(vertices_m, corners, outward, *corner))
+    };
+    let mut rest = face.to_vec();
+    let mut ears: Vec<bool> = (0..rest.len()).map(|index| is_ear(&rest, index)).collect();
+    let mut triangles = Vec::new();
+    while rest.len() > 3 {
+        // A simple polygon has at least two ears; a self-crossing one is cut somewhere.
+        let ear = ears.iter().position(|is_ear| *is_ear).unwrap_or(0);
+        if turn(vertices_m, &rest, outward, ear).abs() > 0.0 {
+            triangles.push(around(&rest, ear).to_vec());
+        }
+        rest.remove(ear);
+        ears.remove(ear);
+        for beside in [ear + rest.len() - 1, ear] {
+            ears[beside % rest.len()] = is_ear(&rest, beside % rest.len());
+        }
+    }
+    triangles.push(rest);
+    triangles
+}
+
+fn is_within(vertices_m: &[DVec3], triangle: [usize; 3], outward: DVec3, corner: usize) -> bool {
+    let point = vertices_m[corner];
+    let side = |from: usize, to: usize| {
+        outward.dot(
+            (vertices_m[triangle[to]] - vertices_m[triangle[from]])
+                .cross(point - vertices_m[triangle[from]]),
+        )
+    };
+    side(0, 1) >= 0.0 && side(1, 2) >= 0.0 && side(2, 0) >= 0.0
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 /// Bytes of a scene file or a trajectory.
 pub const TEXT_BYTES_MAX: usize = 16 * 1024 * 1024;
+/// Bytes of all the files that a scene names, each as often as it is named.
+pub const NAMED_BYTES_MAX: usize = 4 * TEXT_BYTES_MAX;
 /// Characters of a name; a sensor's has at most `grideye_frame::NAME_CHARS_MAX`.
 pub const NAME_CHARACTERS_MAX: usize = 100;
 /// Objects in a scene; the paper's largest has 1,056.

@@ -54,27 +54,60 @@ fn named<'a>(command: &'a str, input: &'a str) -> Vec<&'a str> {
 }
 
 #[test]
-fn a_file_without_end_is_refused_after_16_mib() {
+fn a_file_that_is_too_long_is_refused_after_16_mib() {
     let fixture = Fixture::new();
+    let long = std::fs::File::create(fixture.path("long")).unwrap();
+    long.set_len(1 << 33).unwrap();
     for (command, what) in COMMANDS {
-        let ended = fixture.run_limited(LITTLE_MEMORY, &named(command, "/dev/zero"));
+        let ended = fixture.run_limited(LITTLE_MEMORY, &named(command, "long"));
         assert_eq!(ended.code, Some(2), "{command}: {ended:?}");
-        let told = format!("error: cannot read {what} /dev/zero: it has more than 16 MiB\nhint: ");
+        let told = format!("error: cannot read {what} long: it has more than 16 MiB\nhint: ");
         assert!(ended.stderr.starts_with(&told), "{command}: {ended:?}");
     }
     for command in OF_RECORDINGS {
-        let ended = fixture.run_limited(LITTLE_MEMORY, &named(command, "/dev/zero"));
+        let ended = fixture.run_limited(LITTLE_MEMORY, &named(command, "long"));
         assert_eq!(ended.code, Some(2), "{command}: {ended:?}");
-        let told = "error: /dev/zero: line 1: more than 1048576 bytes without a newline\nhint: ";
+        let told = "error: long: line 1: more than 262144 bytes without a newline\nhint: ";
         assert!(ended.stderr.starts_with(told), "{command}: {ended:?}");
     }
-    let endless = crate::ROOM.replace("way.csv", "zero.csv");
-    fixture.put("endless.toml", endless);
-    std::os::unix::fs::symlink("/dev/zero", fixture.path("zero.csv")).unwrap();
-    let ended = fixture.run_limited(LITTLE_MEMORY, &["simulate", "endless.toml"]);
+    fixture.put("of-long.toml", crate::ROOM.replace("way.csv", "long"));
+    let ended = fixture.run_limited(LITTLE_MEMORY, &["simulate", "of-long.toml"]);
     assert_eq!(ended.code, Some(2), "{ended:?}");
-    let told = "error: endless.toml:8:14: cannot read the trajectory `zero.csv`: it has more than 16 MiB\nhint: ";
+    let told = "error: of-long.toml:8:14: cannot read the trajectory `long`: it has more than 16 MiB\nhint: ";
     assert!(ended.stderr.starts_with(told), "{ended:?}");
+}
+
+#[test]
+fn what_is_no_file_is_refused_at_once() {
+    let fixture = Fixture::new();
+    let made = fixture.run_limited(
+        "mkfifo pipe; ln -s /dev/zero zero; ln -s pipe link",
+        &["man"; 0],
+    );
+    assert!(fixture.path("pipe").exists(), "{made:?}");
+    // Nobody writes into the pipe.
+    let soon = "set -- timeout 20 \"$@\"; ulimit -v 4000000";
+    let no_file = "it is a pipe, a socket or a device, and only files are read: save into a file what comes from it\nhint: ";
+    for input in ["pipe", "zero", "link"] {
+        for (command, what) in COMMANDS {
+            let ended = fixture.run_limited(soon, &named(command, input));
+            assert_eq!(ended.code, Some(2), "{command}: {ended:?}");
+            let told = format!("error: cannot read {what} {input}: {no_file}");
+            assert!(ended.stderr.starts_with(&told), "{command}: {ended:?}");
+        }
+        for command in OF_RECORDINGS {
+            let ended = fixture.run_limited(soon, &named(command, input));
+            assert_eq!(ended.code, Some(2), "{command}: {ended:?}");
+            let told = format!("error: cannot open {input}: {no_file}");
+            assert!(ended.stderr.starts_with(&told), "{command}: {ended:?}");
+        }
+        fixture.put("of.toml", crate::ROOM.replace("way.csv", input));
+        let ended = fixture.run_limited(soon, &["simulate", "of.toml"]);
+        assert_eq!(ended.code, Some(2), "{ended:?}");
+        let told =
+            format!("error: of.toml:8:14: cannot read the trajectory `{input}`: it is a pipe");
+        assert!(ended.stderr.starts_with(&told), "{ended:?}");
+    }
 }
 
 #[test]

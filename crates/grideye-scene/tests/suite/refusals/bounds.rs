@@ -185,3 +185,126 @@ fn impossible_shapes_are_refused() {
         assert_eq!(found, *expected, "with {keys}");
     }
 }
+
+#[test]
+fn a_scene_names_files_up_to_a_bound_of_all_their_bytes() {
+    let obj = |bytes: usize| {
+        let solid =
+            "v 0 0 0\nv 500 0 0\nv 0 500 0\nv 0 0 500\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+        format!("{solid}#{}\n", "x".repeat(bytes - solid.len() - 2))
+    };
+    let stool = |index: usize| {
+        format!(
+            "[[object]]\nname = \"s{index}\"\nshape = \"obj\"\nfile = \"s.obj\"\nunit_mm = 1\nposition_mm = [1000, 1000, 0]\ntemperature_c = 20\n"
+        )
+    };
+    let refused = |stools: usize, bytes: usize| {
+        let stools: String = (0..stools).map(stool).collect();
+        let text = format!("{ROOM}{stools}{CEILING}");
+        let files = BTreeMap::from([("s.obj".to_owned(), obj(bytes))]);
+        Scene::parse(&text, "room.toml", &files)
+            .err()
+            .map(|error| error.to_string())
+    };
+    let bytes = limits::NAMED_BYTES_MAX / 128;
+    assert_eq!(refused(128, bytes), None);
+    let told = refused(129, bytes).unwrap();
+    let expected =
+        "the files named up to `s.obj` have 67633152 bytes, expected at most 67108864\nhint: ";
+    assert!(told.contains(expected), "{told}");
+    // A bomb of one file: ten thousand times the time of one.
+    let begun = processor_s();
+    assert!(refused(10_000, 1 << 20).is_some());
+    assert!(processor_s() - begun < 10.0);
+}
+
+/// Processor time of this thread so far, in seconds.
+fn processor_s() -> f64 {
+    let stat = std::fs::read_to_string("/proc/thread-self/stat").unwrap();
+    let fields = stat.rsplit(')').next().unwrap().split_whitespace();
+    let ticks = fields
+        .skip(11)
+        .take(2)
+        .map(|field| field.parse::<u32>().unwrap());
+    f64::from(ticks.sum::<u32>()) / 100.0
+}
+
+/// An OBJ file of one upright face with this outline, in millimeters.
+fn face(outline: impl Iterator<Item = (f64, f64)>) -> String {
+    let mut text = String::new();
+    let mut corners = String::from("f");
+    for ((x, z), number) in outline.zip(1..) {
+        text += &format!("v {x} 0 {z}\n");
+        corners += &format!(" {number}");
+    }
+    text + &corners + "\n"
+}
+
+#[test]
+fn a_face_of_many_corners_is_read_in_time_or_refused() {
+    let load = |obj: String| {
+        let sheet = "[[object]]\nname = \"sheet\"\nshape = \"obj\"\nfile = \"s.obj\"\nunit_mm = 1\nposition_mm = [1500, 1500, 0]\ntemperature_c = 20\n";
+        let files = BTreeMap::from([("s.obj".to_owned(), obj)]);
+        Scene::parse(&format!("{ROOM}{sheet}{CEILING}"), "room.toml", &files)
+    };
+    let ring = |corners: i32, dent: f64| {
+        face((0..corners).map(move |corner| {
+            let angle = f64::from(corner) / f64::from(corners) * std::f64::consts::TAU;
+            let radius = if corner % 2 == 0 { 500.0 } else { 500.0 * dent };
+            (600.0 + radius * angle.cos(), 600.0 + radius * angle.sin())
+        }))
+    };
+    let area_m2 = |obj: String| {
+        let loaded = load(obj).unwrap();
+        let mesh = &loaded.scene.objects()[0].mesh;
+        let corner = |index: &usize| mesh.vertices_m()[*index];
+        let doubled = mesh.faces().map(|face| {
+            let fan = face.windows(2).map(|pair| {
+                (corner(&pair[0]) - corner(&face[0])).cross(corner(&pair[1]) - corner(&face[0]))
+            });
+            fan.sum::<glam::DVec3>().length()
+        });
+        0.5 * doubled.sum::<f64>()
+    };
+    let begun = processor_s();
+    let disk = 0.25 * std::f64::consts::PI;
+    assert!((area_m2(ring(90_000, 1.0)) - disk).abs() < 1e-6);
+    // A star: half of each sector of the regular polygon with as many corners.
+    let star = 0.5 * 8_000.0 * 0.25 * 0.5 * (std::f64::consts::TAU / 8_000.0).sin();
+    assert!((area_m2(ring(8_000, 0.5)) - star).abs() < 1e-6);
+    // Spirals, of which nearly every corner is within many triangles.
+    let spiral = |corners: i32| {
+        let at = move |corner: i32, radius: f64| {
+            let turn = f64::from(corner) / 50.0 * std::f64::consts::TAU;
+            let radius = radius + 400.0 * f64::from(corner) / f64::from(corners);
+            (600.0 + radius * turn.cos(), 600.0 + radius * turn.sin())
+        };
+        let there = (0..corners / 2).map(move |corner| at(corner, 100.0));
+        let back = (0..corners / 2).rev().map(move |corner| at(corner, 99.0));
+        face(there.chain(back))
+    };
+    assert!(load(spiral(8_000)).is_ok());
+    for many in [ring(90_000, 0.5), spiral(20_000)] {
+        let told = load(many).unwrap_err().to_string();
+        assert!(
+            told.contains("`sheet` is not a solid: face 0 is not convex and has "),
+            "{told}"
+        );
+        assert!(told.contains("cut them into triangles"), "{told}");
+    }
+    let took = processor_s() - begun;
+    println!("faces of 90,000 corners, and others: {took:.1} s");
+    assert!(took < 20.0, "{took}");
+    for wrong in [
+        "f 1 2 999999999999\n",
+        "f 1 2 99999999999999999999\n",
+        "f -9 1 2\n",
+        "f 1 1 1\n",
+        "f\n",
+    ] {
+        let told = load("v 0 0 0\nv 1 0 0\nv 0 0 1\n".to_owned() + wrong)
+            .unwrap_err()
+            .to_string();
+        assert!(told.starts_with("s.obj:"), "{told}");
+    }
+}
