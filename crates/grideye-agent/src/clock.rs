@@ -78,10 +78,12 @@ impl Clock for SystemClock {
     }
 
     fn utc(&self) -> (i64, ClockState) {
+        // Before the clock, because a file system may take its time.
+        let has_been_set = self.has_been_set();
         let now = clock_gettime(ClockId::Realtime);
         let utc_ns = now.tv_sec.saturating_mul(1_000_000_000);
         let utc_ns = utc_ns.saturating_add(now.tv_nsec);
-        if now.tv_sec >= EARLIEST_PLAUSIBLE_UTC_S && self.has_been_set() {
+        if now.tv_sec >= EARLIEST_PLAUSIBLE_UTC_S && has_been_set {
             (utc_ns, ClockState::Synced)
         } else {
             (utc_ns, ClockState::Unsynced)
@@ -99,25 +101,64 @@ impl Clock for SystemClock {
     }
 }
 
+/// Looks at both clocks before the one that took the least time is taken, and the time that is not improved on.
+const LOOKS: usize = 4;
+const LOOK_NS: i64 = 1_000_000;
+
+/// Wall time minus boot time, in nanoseconds.
+#[derive(Debug, Clone, Copy)]
+struct Offset {
+    ns: i64,
+    /// How long it took to look at both clocks: the host may be kept from running between them, or suspended.
+    took_ns: i64,
+    state: ClockState,
+}
+
+impl Offset {
+    fn of(clock: &dyn Clock) -> Self {
+        let mut before_ns = signed_ns(clock.boot());
+        let mut look = || {
+            let (utc_ns, state) = clock.utc();
+            let after_ns = signed_ns(clock.boot());
+            let took_ns = after_ns.saturating_sub(before_ns);
+            let ns = utc_ns.saturating_sub(before_ns.saturating_add(took_ns / 2));
+            before_ns = after_ns;
+            Self { ns, took_ns, state }
+        };
+        let mut best = look();
+        for _ in 1..LOOKS {
+            if best.took_ns > LOOK_NS {
+                let next = look();
+                best = if next.took_ns < best.took_ns {
+                    next
+                } else {
+                    best
+                };
+            }
+        }
+        best
+    }
+}
+
 /// Stamps the records of one stream, and detects a wall clock set between two of them.
 #[derive(Debug, Default)]
 pub(crate) struct Stamper {
-    /// Wall time minus boot time at the previous record, in nanoseconds.
-    offset_ns: Option<i64>,
+    /// At the previous record.
+    last: Option<Offset>,
 }
 
 impl Stamper {
     /// The stamp of an event at `at` on the boot clock, shortly ago.
     pub(crate) fn stamp(&mut self, at: Duration, clock: &dyn Clock) -> Stamp {
-        let (utc_ns, state) = clock.utc();
-        let offset_ns = utc_ns.saturating_sub(signed_ns(clock.boot()));
-        let moved_ns = offset_ns.saturating_sub(self.offset_ns.unwrap_or(offset_ns));
-        self.offset_ns = Some(offset_ns);
-        let has_moved = moved_ns.unsigned_abs() > unsigned_ns(STEP_MIN);
+        let offset = Offset::of(clock);
+        let last = self.last.replace(offset).unwrap_or(offset);
+        let moved_ns = offset.ns.saturating_sub(last.ns).saturating_abs();
+        let unsure_ns = offset.took_ns.saturating_add(last.took_ns);
+        let has_moved = moved_ns > signed_ns(STEP_MIN).saturating_add(unsure_ns);
         Stamp {
             t_boot_ns: unsigned_ns(at),
-            t_utc_ns: signed_ns(at).saturating_add(offset_ns),
-            clock: match state {
+            t_utc_ns: signed_ns(at).saturating_add(offset.ns),
+            clock: match offset.state {
                 ClockState::Synced if has_moved => ClockState::Stepped,
                 state => state,
             },
@@ -173,6 +214,58 @@ mod tests {
             clock: ClockState::Unsynced,
         };
         assert_eq!(stamp, expected);
+    }
+
+    /// A host that is kept from running each time it has looked at the wall clock, so often and so long.
+    struct HeldUp {
+        boot_ms: AtomicI64,
+        times: AtomicI64,
+        ms: i64,
+    }
+
+    impl Clock for HeldUp {
+        fn boot(&self) -> Duration {
+            Duration::from_millis(u64::try_from(self.boot_ms.load(Ordering::SeqCst)).unwrap())
+        }
+        fn utc(&self) -> (i64, ClockState) {
+            let utc_ms = 1_700_000_000_000 + self.boot_ms.load(Ordering::SeqCst);
+            if self.times.fetch_sub(1, Ordering::SeqCst) > 0 {
+                self.boot_ms.fetch_add(self.ms, Ordering::SeqCst);
+            }
+            (utc_ms * 1_000_000, ClockState::Synced)
+        }
+        fn sleep_until(&self, _: Duration) {}
+    }
+
+    #[test]
+    fn a_host_held_up_between_its_clocks_stamps_no_other_time_and_sees_no_step() {
+        // Once for a moment, once for a night's suspend, and again and again.
+        for (times, ms, away_ms) in [
+            (1, 300, 0),
+            (1, 28_800_000, 0),
+            (3, 300, 0),
+            (i64::MAX, 300, 150),
+        ] {
+            let clock = HeldUp {
+                boot_ms: 5_000.into(),
+                times: 0.into(),
+                ms,
+            };
+            let mut stamper = Stamper::default();
+            stamper.stamp(clock.boot(), &clock);
+            clock.times.store(times, Ordering::SeqCst);
+            for _ in 0..3 {
+                let at = clock.boot();
+                let stamp = stamper.stamp(at, &clock);
+                assert_eq!(stamp.clock, ClockState::Synced, "{times} times {ms} ms");
+                let true_ms = 1_700_000_000_000 + i64::try_from(at.as_millis()).unwrap();
+                let found_ms = stamp.t_utc_ns / 1_000_000;
+                assert!(
+                    (found_ms - true_ms).abs() <= away_ms,
+                    "{found_ms} {true_ms}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -91,8 +91,9 @@ pub(super) const SETTINGS_EVERY: Duration = Duration::from_secs(5);
 pub(super) const SET_UP_PAUSE: Duration = Duration::from_millis(200);
 /// Longest pause between set-up attempts.
 pub(super) const SET_UP_PAUSE_MAX: Duration = Duration::from_secs(2);
-/// Maximum missing frames listed one by one for one gap: an hour at 10 Hz. A longer gap shows only in `seq`.
-pub(super) const ROWS_PER_GAP_MAX: u64 = 36_000;
+/// Maximum missing frames listed one by one for one gap that is noticed at its end: as few as leave room in memory for the frames
+/// that wait there, after a night of suspend too. A longer gap shows only in `seq`.
+pub(super) const ROWS_PER_GAP_MAX: u64 = 1_000;
 /// A narrower window is not halved further: at 100 kHz a read occupies the bus for 12.3 ms.
 pub(super) const NARROW: Ns = 2_000_000;
 /// How long after the window to read.

@@ -21,6 +21,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 pub(crate) const MS: Duration = Duration::from_millis(1);
+/// The wall clock when the host starts.
+pub(crate) const UTC_AT_BOOT_NS: i64 = 1_700_000_000_000_000_000;
 
 /// A host with time that moves only while it sleeps or its bus is busy; it wakes up late by the given delays in turn.
 #[derive(Debug, Default)]
@@ -46,7 +48,7 @@ impl Clock for Host {
 
     fn utc(&self) -> (i64, ClockState) {
         let boot_ns = i64::try_from(self.time.now().as_nanos()).unwrap();
-        (1_700_000_000_000_000_000 + boot_ns, ClockState::Synced)
+        (UTC_AT_BOOT_NS + boot_ns, ClockState::Synced)
     }
 
     fn sleep_until(&self, boot: Duration) {

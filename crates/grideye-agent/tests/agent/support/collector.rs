@@ -188,11 +188,14 @@ fn keep(batch: Batch, store: &mut Store) -> Vec<u8> {
         }
         if let Some((last, _)) = stored.last_key_value() {
             answer.durable_through.insert(sensor.sensor.clone(), *last);
-            let gaps = (0..*last).filter(|seq| !stored.contains_key(seq));
-            answer.gaps.extend(gaps.map(|seq| Gap {
+            let before = std::iter::once(None).chain(stored.keys().map(Some));
+            let pairs = before.zip(stored.keys());
+            let ranges = pairs.map(|(before, seq)| (before.map_or(0, |before| before + 1), *seq));
+            let gaps = ranges.filter(|(from, seq)| from < seq);
+            answer.gaps.extend(gaps.map(|(from, seq)| Gap {
                 sensor: sensor.sensor.clone(),
-                from: seq,
-                to: seq,
+                from,
+                to: seq - 1,
             }));
         }
     }
