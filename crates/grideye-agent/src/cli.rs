@@ -109,6 +109,11 @@ pub struct JoinArgs {
     /// The agent reads `collector.toml` beside its configuration.
     #[arg(long, value_name = "FILE", default_value = JOINED_FILE)]
     pub out: PathBuf,
+    /// Replace the file if it exists.
+    ///
+    /// Without this option, a file that says something else stays, and joining fails.
+    #[arg(long)]
+    pub replace: bool,
     /// Stop after writing the file; start no service.
     #[arg(long, conflicts_with_all = ["service", "wait"])]
     pub no_start: bool,

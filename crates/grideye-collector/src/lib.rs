@@ -45,7 +45,7 @@ pub mod store;
 
 pub use accounts::{Account, Accounts, Rivals};
 pub use clock::{Clock, SystemClock};
-pub use http::{Annex, AppState, Asset, Inside, Refusal, attachment, is_hidden};
+pub use http::{Annex, AppState, Asset, Inside, Refusal, attachment};
 pub use limits::Limits;
 pub use live::{NewestFrame, NewestFrames, RecentFrames};
 pub use log::{Level, Log, LogEvent};

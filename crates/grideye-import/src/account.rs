@@ -3,6 +3,7 @@
 use crate::columns::{Role, Unit};
 use crate::plan::{Plan, Scale};
 use core::fmt;
+use grideye_recording::printable;
 
 /// What was taken for what. Its [`Display`](fmt::Display) is one line for each of them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -109,9 +110,9 @@ fn named(unit: i32) -> &'static str {
 
 impl fmt::Display for Account {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "read as {}", self.container)?;
+        write!(formatter, "read as {}", printable(&self.container))?;
         for (name, from) in &self.taken {
-            write!(formatter, "\n  {name:<11} {from}")?;
+            write!(formatter, "\n  {name:<11} {}", printable(from))?;
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Why a file could not be read, or not to its end.
 
-use grideye_recording::{RecordingError, sensor_of};
+use grideye_recording::{RecordingError, printable, sensor_of};
 use std::io;
 
 /// Why a file could not be read, or not to its end.
@@ -11,7 +11,7 @@ pub enum ImportError {
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// The file breaks here; what came before is good.
-    #[error("{place}: {found}\nhint: {hint}")]
+    #[error("{}: {}\nhint: {hint}", printable(place), printable(found))]
     Broken {
         /// Where.
         place: String,
@@ -57,7 +57,7 @@ pub enum ImportError {
         found: usize,
     },
     /// What the columns are cannot be told.
-    #[error("{what}\nhint: {hint}")]
+    #[error("{}\nhint: {}", printable(what), printable(hint))]
     Unclear {
         /// What is not clear.
         what: String,
@@ -66,7 +66,8 @@ pub enum ImportError {
     },
     /// A file that becomes more than one of its size may.
     #[error(
-        "{place}: it becomes {bound}\nhint: if it is what you recorded, unpack it or save it as plain CSV, which is read line by line and may have any length"
+        "{}: it becomes {bound}\nhint: if it is what you recorded, unpack it or save it as plain CSV, which is read line by line and may have any length",
+        printable(place)
     )]
     TooLarge {
         /// Where.
@@ -75,7 +76,7 @@ pub enum ImportError {
         bound: String,
     },
     /// A file of a kind that is not read.
-    #[error("expected {expected}, found {found}\nhint: {hint}")]
+    #[error("expected {expected}, found {}\nhint: {hint}", printable(found))]
     Container {
         /// What is read.
         expected: String,

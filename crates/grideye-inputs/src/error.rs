@@ -2,6 +2,7 @@
 
 use amg8833_emulator::script::ScriptError;
 use grideye_import::ImportError;
+use grideye_recording::printable;
 use grideye_scene::SceneError;
 use grideye_scene::profile::ProfileError;
 use grideye_validator::ValidatorError;
@@ -56,7 +57,7 @@ impl InputError {
             }
         };
         let line = error.line().and_then(|line| usize::try_from(line).ok());
-        Self::new(format!("{}: {told}{hint}", file.display()))
+        Self::new(format!("{}: {told}{hint}", shown(file)))
             .of(file)
             .at(line)
     }
@@ -77,6 +78,12 @@ impl InputError {
 }
 
 const HINT: &str = "\nhint: ";
+
+/// A file's name in messages, in one line.
+#[must_use]
+pub fn shown(file: impl AsRef<Path>) -> String {
+    printable(&file.as_ref().display().to_string())
+}
 
 impl From<SceneError> for InputError {
     fn from(error: SceneError) -> Self {

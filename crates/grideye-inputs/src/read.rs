@@ -1,6 +1,6 @@
 //! Profiles, thresholds and scripts of faults.
 
-use crate::error::InputError;
+use crate::error::{InputError, shown};
 use crate::text::text;
 use amg8833_emulator::script::Script;
 use grideye_scene::profile::{BUILT_IN, Profile};
@@ -15,7 +15,7 @@ pub const TOML_HINT: &str = "name a TOML file";
 /// What is wrong, where, and what to do.
 pub fn profile(path: &Path, hint: &str) -> Result<Profile, InputError> {
     let text = text(path, "the profile", hint)?;
-    Ok(Profile::parse(&text, &path.display().to_string())?)
+    Ok(Profile::parse(&text, &shown(path))?)
 }
 
 /// The built-in profile of this name, or the one in this file.
@@ -38,7 +38,7 @@ pub fn thresholds(path: Option<&Path>) -> Result<ThresholdSet, InputError> {
         return Ok(ThresholdSet::shipped());
     };
     let text = text(path, "the thresholds", TOML_HINT)?;
-    Ok(ThresholdSet::parse(&text, &path.display().to_string())?)
+    Ok(ThresholdSet::parse(&text, &shown(path))?)
 }
 
 /// The script of faults in a file. The default seed, 1, leaves the script its own.
@@ -48,7 +48,7 @@ pub fn faults(path: &Path, seed: u64) -> Result<Script, InputError> {
     let hint =
         "name a file that you may read; crates/amg8833-emulator/scripts/README.md describes it";
     let text = text(path, "the script of faults", hint)?;
-    faults_of(&text, &path.display().to_string(), seed)
+    faults_of(&text, &shown(path), seed)
 }
 
 /// The same of a text.

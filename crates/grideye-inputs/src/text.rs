@@ -1,6 +1,6 @@
 //! Texts of files, within their limit.
 
-use crate::error::InputError;
+use crate::error::{InputError, shown};
 use grideye_scene::Place;
 use grideye_scene::limits::TEXT_BYTES_MAX;
 use std::fs::File;
@@ -65,7 +65,7 @@ pub fn regular(path: &Path) -> io::Result<File> {
 /// # Errors
 /// If it cannot be read, is longer than [`TEXT_BYTES_MAX`], or is not UTF-8.
 pub fn text(path: &Path, what: &str, hint: &str) -> Result<String, InputError> {
-    let shown = path.display();
+    let shown = shown(path);
     regular(path).and_then(read_text).map_err(|error| {
         let place = error.get_ref().and_then(|error| error.downcast_ref());
         match place {
@@ -86,7 +86,7 @@ pub fn open(path: &Path) -> Result<BufReader<File>, InputError> {
     regular(path).map(BufReader::new).map_err(|error| {
         InputError::new(format!(
             "cannot open {}: {error}\nhint: name an existing file that you may read",
-            path.display()
+            shown(path)
         ))
         .of(path)
     })

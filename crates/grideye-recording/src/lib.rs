@@ -50,3 +50,4 @@ pub use record::{
     COUNT_MAX, ClockState, NameError, Record, Row, Stamp, StreamId, UnknownClockState, check_name,
 };
 pub use sniff::{is_known_size, is_recording, sensor_of};
+pub use text::{is_hidden, printable, printable_lines};

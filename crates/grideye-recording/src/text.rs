@@ -1,4 +1,4 @@
-//! Makes untrusted text safe for an error message.
+//! Makes untrusted text safe for an error message and a terminal.
 
 const SHOWN_CHARS_MAX: usize = 48;
 
@@ -22,6 +22,44 @@ pub(crate) fn shortened(text: &str) -> String {
         }
     }
     shown
+}
+
+/// Text of others in one line of a message: control characters, and the marks that turn or hide what stands beside them, are
+/// escaped.
+///
+/// ```
+/// use grideye_recording::printable;
+/// assert_eq!(printable("Küche 1"), "Küche 1");
+/// assert_eq!(printable("a\u{1b}[2J\nb\u{202e}c"), "a\\u{1b}[2J\\nb\\u{202e}c");
+/// ```
+#[must_use]
+pub fn printable(text: &str) -> String {
+    escaped(text, &[])
+}
+
+/// A message of several lines, in which everything but tabs and the ends of its lines is [`printable`].
+#[must_use]
+pub fn printable_lines(text: &str) -> String {
+    escaped(text, &['\n', '\t'])
+}
+
+fn escaped(text: &str, kept: &[char]) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for character in text.chars() {
+        match !is_hidden(character) || kept.contains(&character) {
+            true => shown.push(character),
+            false => shown.extend(character.escape_default()),
+        }
+    }
+    shown
+}
+
+/// Whether a character changes how others look or a terminal behaves: control characters, ends of lines, and those that turn
+/// the direction of writing (Unicode's `Bidi_Control`; Unicode 15.1, annex 9, table 1).
+#[must_use]
+pub fn is_hidden(character: char) -> bool {
+    character.is_control()
+        || matches!(character, '\u{61C}' | '\u{200E}' | '\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
 #[cfg(test)]

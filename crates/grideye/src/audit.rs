@@ -1,12 +1,13 @@
 //! `grideye audit`: every frame that was read, accounted for.
 
 use crate::cli::Audit;
-use crate::client::{Client, plain};
+use crate::client::Client;
 use crate::exit::Outcome;
 use crate::output::outln;
 use crate::progress::say;
 use anyhow::Result;
 use grideye_collector::{Account, Rivals};
+use grideye_recording::printable;
 
 pub(crate) fn run(options: &Audit) -> Result<Outcome> {
     let audit = Client::of(&options.collector)?.audit()?;
@@ -24,7 +25,7 @@ pub(crate) fn run(options: &Audit) -> Result<Outcome> {
     } else {
         for row in &rows {
             let (device, sensor, boot) = (&row.device, &row.sensor, &row.boot);
-            outln!("{}", plain(&format!("{device} {sensor} {boot}  {row}")))?;
+            outln!("{}", printable(&format!("{device} {sensor} {boot}  {row}")))?;
         }
     }
     Ok(Outcome::told(rows.iter().all(Account::is_whole)))
@@ -35,7 +36,7 @@ fn warning(rivals: &Rivals) -> String {
     format!(
         "warning: {} agents send as {}: boots {}\nhint: give each its own `device` in its configuration",
         rivals.boots.len(),
-        plain(&rivals.device),
-        plain(&rivals.boots.join(", "))
+        printable(&rivals.device),
+        printable(&rivals.boots.join(", "))
     )
 }

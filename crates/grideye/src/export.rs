@@ -5,6 +5,7 @@ use crate::{files, progress};
 use anyhow::Result;
 use grideye_export::recording::{self, Rows};
 use grideye_export::{ExportError, tiles};
+use grideye_inputs::shown;
 use grideye_scene::Image;
 use std::path::Path;
 
@@ -17,11 +18,11 @@ pub(crate) fn write(rows: Rows<'_>, out: &Path, input: Option<&Path>) -> Result<
         written = format(rows, file).map_err(|error| match (&error, input) {
             // It names file and line.
             (ExportError::Row(_), _) | (_, None) => blamed(error),
-            (_, Some(input)) => blamed(error).context(input.display().to_string()),
+            (_, Some(input)) => blamed(error).context(shown(input)),
         })?;
         Ok(())
     })?;
-    progress::say(&format!("wrote {written} to {}", out.display()));
+    progress::say(&format!("wrote {written} to {}", shown(out)));
     Ok(())
 }
 

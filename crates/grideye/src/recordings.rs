@@ -4,7 +4,7 @@ use crate::exit::bad_input;
 use crate::{files, progress};
 use anyhow::{Result, anyhow};
 use grideye_import::{Import, ImportError, Options, Tally};
-use grideye_inputs::InputError;
+use grideye_inputs::{InputError, shown};
 use grideye_recording::{Record, Row, StreamId, level};
 use grideye_rig::SELF_HEATING_C;
 use grideye_validator::{Thinned, Thinning};
@@ -26,7 +26,7 @@ pub(crate) fn open(path: &Path) -> Result<impl Iterator<Item = Result<Row>> + us
     Ok(std::iter::from_fn(move || {
         let row = import.next();
         if let (None, Some(tally)) = (&row, import.tally().filter(Tally::has_loss)) {
-            progress::say(&format!("{}: {tally}", path.display()));
+            progress::say(&format!("{}: {tally}", shown(&path)));
         }
         row.map(|row| row.map_err(|error| refused(&path, &error)))
     }))
@@ -40,7 +40,7 @@ pub(crate) fn import(path: &Path, options: &Options) -> Result<Import> {
     let import = grideye_import::open(progress::reading(input, bytes), &name, options);
     let import = import.map_err(|error| refused(path, &error))?;
     if import.tally().is_some() {
-        progress::say(&format!("{}: {}", path.display(), import.account()));
+        progress::say(&format!("{}: {}", shown(path), import.account()));
     }
     Ok(import)
 }
@@ -66,7 +66,7 @@ pub(crate) fn say_what_stands_for_the_thermistor<'r>(
 /// Says that a recording's values are hardly degrees Celsius.
 pub(crate) fn say_doubt<'r>(path: &Path, records: impl IntoIterator<Item = &'r Record>) {
     if let Some(doubt) = level::doubt_of(records) {
-        progress::say(&format!("warning: {}: {doubt}", path.display()));
+        progress::say(&format!("warning: {}: {doubt}", shown(path)));
     }
 }
 
@@ -103,7 +103,7 @@ fn with_frames(path: &Path, mut take: impl FnMut(Record)) -> Result<()> {
     if !has_frame {
         return Err(bad_input(anyhow!(
             "{} holds no frame\nhint: all of its rows say that a frame is missing, or it has no rows; check the sensor's wiring and the agent's log",
-            path.display()
+            shown(path)
         )));
     }
     Ok(())
@@ -120,7 +120,7 @@ pub(crate) fn one_stream(path: &Path, mut take: impl FnMut(Record) -> Result<()>
                 .collect::<Result<_>>()?;
             return Err(bad_input(anyhow!(
                 "{} holds {} streams, and one is taken at a time\nhint: keep the rows of one device, sensor and boot",
-                path.display(),
+                shown(path),
                 streams.len()
             )));
         }

@@ -67,6 +67,42 @@ fn a_line_is_joined_and_the_agent_delivers_over_tls_with_its_token() {
 }
 
 #[test]
+fn a_file_that_is_there_is_kept_unless_it_is_to_be_replaced() {
+    let site = Site::new();
+    let (first, second) = (site.code("pi-1"), site.code("pi-2"));
+    let out = site.path("collector.toml");
+    let kept = |line: &str| {
+        let before = std::fs::read(&out).unwrap();
+        let refused = site.join(line);
+        let told = format!(
+            "error: step 4 of 6, the file, failed (nothing was changed): {} exists and is kept\nhint: add --replace ",
+            out.display()
+        );
+        assert_eq!(refused.code, 2, "{refused:?}");
+        assert!(refused.stderr.starts_with(&told), "{refused:?}");
+        assert_eq!(std::fs::read(&out).unwrap(), before);
+    };
+    std::fs::write(&out, "my notes").unwrap();
+    kept(&first);
+    std::fs::remove_file(&out).unwrap();
+    std::os::unix::fs::symlink(site.path("notes"), &out).unwrap();
+    std::fs::write(site.path("notes"), "my notes").unwrap();
+    kept(&first);
+    std::fs::remove_file(&out).unwrap();
+    assert_eq!(site.join(&first).code, 0);
+    // The same line may be pasted again, another one not by mistake.
+    assert_eq!(site.join(&first).code, 0);
+    kept(&second);
+    let replaced = run(grideye_agent()
+        .args(["join", &second, "--replace", "--out"])
+        .arg(&out));
+    assert_eq!(replaced.code, 0, "{replaced:?}");
+    assert_eq!(mode(&out), 0o600);
+    let text = std::fs::read_to_string(&out).unwrap();
+    assert!(text.contains("pi-2"), "{replaced:?}");
+}
+
+#[test]
 fn a_line_that_is_wrong_in_any_part_joins_nothing_and_says_which() {
     let site = Site::new();
     let line = site.code("pi-1");

@@ -46,7 +46,7 @@ pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
         prove(&joined.collector, &joined.credentials, &device)
     })?;
     Step::TOKEN.told(taken)?;
-    Step::FILE.take(|| write(&args.out, &joined))?;
+    Step::FILE.take(|| write(args, &joined))?;
     let out = args.out.display();
     Step::FILE.told(&format!("{out} written, for its owner alone"))?;
     let device = start(args, &joined)?;
@@ -182,9 +182,19 @@ fn client(args: &JoinArgs) -> anyhow::Result<Option<ClientCertificate>> {
     }))
 }
 
-/// Writes the file for its owner alone, whole or not at all.
-fn write(path: &Path, joined: &Joined) -> anyhow::Result<()> {
+/// Writes the file for its owner alone, whole or not at all; it takes no other's place unless told to.
+fn write(args: &JoinArgs, joined: &Joined) -> anyhow::Result<()> {
+    let path = args.out.as_path();
     let text = joined.to_toml()?;
+    if path.symlink_metadata().is_ok() && !args.replace {
+        // The same line may be pasted again.
+        if path.is_file() && read_text(path, JOINED_BYTES_MAX).is_ok_and(|there| there == text) {
+            return Ok(());
+        }
+        let path = path.display();
+        let hint = "add --replace to join with this line instead, or name another file with --out";
+        return Err(BadUsage(format!("{path} exists and is kept\nhint: {hint}")).into());
+    }
     let write = || -> io::Result<()> {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder)?;

@@ -4,6 +4,7 @@ use crate::http::refusal::Refusal;
 use crate::percent::percent_encoded;
 use crate::store::RecordingId;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
+use grideye_recording::is_hidden;
 use serde_json::{Map, Value};
 
 pub(super) fn parse_id(text: &str) -> Result<RecordingId, Refusal> {
@@ -41,14 +42,6 @@ pub(super) fn check_text(what: &str, text: &str, chars_max: usize) -> Result<(),
         Some(character) => Err(format!("the {what} may not contain {character:?}")),
         None => Ok(()),
     }
-}
-
-/// Whether a character changes how others look or a terminal behaves: control characters, ends of lines, and those that
-/// turn the direction of writing (Unicode's `Bidi_Control`).
-#[must_use]
-pub fn is_hidden(character: char) -> bool {
-    character.is_control()
-        || matches!(character, '\u{61C}' | '\u{200E}' | '\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
 /// The headers of a CSV file with this name.

@@ -7,5 +7,5 @@ mod frames;
 pub(crate) mod labels;
 pub(crate) mod manage;
 
+pub use fields::attachment;
 pub(crate) use fields::not_written;
-pub use fields::{attachment, is_hidden};
