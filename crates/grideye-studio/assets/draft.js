@@ -86,6 +86,13 @@ export class Draft {
     return null;
   }
 
+  /** Begins a scene that is in no file yet. */
+  async create(text) {
+    this.#begin(text, { name: null, version: null, shared: [] });
+    await this.settled();
+    this.#on.drawn();
+  }
+
   #begin(text, { name, version, shared }) {
     Object.assign(this, { name, shared, scene: null, frames: [], warnings: [], fault: null, broken: false });
     this.#base = { text, files: {} };

@@ -7,7 +7,7 @@ import { Fields } from "./fields.js";
 import { FloorPlan } from "./floor-plan.js";
 import { commands } from "./keys.js";
 import { Look } from "./look.js";
-import { copyOf, newThing, newWay } from "./new-things.js";
+import { copyOf, newRoom, newThing, newWay } from "./new-things.js";
 import { RoomView } from "./room-view.js";
 import { SceneText } from "./scene-text.js";
 import { Seen } from "./seen.js";
@@ -18,10 +18,13 @@ import { say } from "./words.js";
 
 const [STEP_MM, STEP_COARSE_MM] = [50, 500];
 const [TURN, TURN_COARSE] = [5, 45];
+const PLAY_MS = 100;
 
 const at = (selector) => document.querySelector(selector);
 const look = new Look();
 let chosen = null;
+let leaveFor = null;
+let playing = null;
 
 const draft = new Draft({ drawn: draw, text: (text) => textPane.show(text) });
 const hand = { choose, move: moveTo, turn: (degrees, handAt) => turnTo(degrees, handAt), drop: () => draft.finish() };
@@ -160,7 +163,10 @@ async function pick(edit) {
 
 async function add(kind) {
   at("#new").close();
-  if (draft.scene === null) return;
+  if (draft.scene === null) {
+    askForRoom();
+    return;
+  }
   const count = (of) => draft.scene.items.filter((item) => item.kind === of).length;
   const index = count(kind);
   if (await newThing(draft, kind)) choose({ kind, index });
@@ -212,9 +218,19 @@ async function save(name) {
   location.hash = `scene=${encodeURIComponent(name)}`;
 }
 
+/** Escape answers nothing, and what was answered before holds no more. */
+function openDialog(selector) {
+  at(selector).returnValue = "";
+  at(selector).showModal();
+}
+
+function askForRoom() {
+  leave(() => openDialog("#room"));
+}
+
 function saveAs() {
   at("#save-name").value = draft.name === null ? "" : `${draft.name}-2`;
-  at("#save-as").showModal();
+  openDialog("#save-as");
 }
 
 /** Lists the scenes of the folder. */
@@ -244,23 +260,60 @@ async function open(name) {
   location.hash = `scene=${encodeURIComponent(name)}`;
 }
 
-/** Opens another scene; asks first if this one has unsaved changes. */
-function wish(name) {
-  if (name === draft.name) return;
+/** Goes to another scene by `next`; asks first if this one has unsaved changes. */
+function leave(next) {
   if (!draft.changed) {
-    open(name);
+    next();
     return;
   }
   at("#scene").value = draft.name ?? "";
-  const dialog = at("#leave");
-  dialog.dataset.scene = name;
-  dialog.showModal();
+  leaveFor = next;
+  openDialog("#leave");
+}
+
+function wish(name) {
+  if (name !== draft.name) leave(() => open(name));
+}
+
+async function create() {
+  const [x, y, z] = ["x", "y", "z"].map((axis) => Math.round(at(`#room-${axis}`).valueAsNumber * 1000));
+  await draft.create(newRoom([x, y, z]));
+  at("#scene").value = "";
+  at("#second").value = 0;
+  document.title = "New room · Scenes · grideye";
+  history.replaceState(null, "", location.pathname);
+  choose({ kind: "room", index: 0 });
+  at("#plan").focus();
+}
+
+/** Runs the scene in its own time, again and again. */
+function play() {
+  const is = at("#play").getAttribute("aria-pressed") === "false";
+  at("#play").setAttribute("aria-pressed", String(is));
+  say(at("#play"), is ? "Pause" : "Play");
+  clearInterval(playing);
+  if (!is) return;
+  const second = at("#second");
+  const since = performance.now() - second.valueAsNumber * 1000;
+  playing = setInterval(() => {
+    if (draft.seconds === 0) {
+      play();
+      return;
+    }
+    second.value = ((performance.now() - since) / 1000) % draft.seconds;
+    draft.seek(second.valueAsNumber);
+  }, PLAY_MS);
 }
 
 at("#scene").addEventListener("change", (event) => wish(event.target.value));
 at("#leave").addEventListener("close", () => {
-  if (at("#leave").returnValue === "leave") open(at("#leave").dataset.scene);
+  if (at("#leave").returnValue === "leave") leaveFor();
 });
+at("#new-room").addEventListener("click", askForRoom);
+at("#room").addEventListener("close", () => {
+  if (at("#room").returnValue === "create") create();
+});
+at("#play").addEventListener("click", play);
 at("#save").addEventListener("click", () => save(draft.name));
 at("#save-other").addEventListener("click", saveAs);
 at("#save-as").addEventListener("close", () => {
@@ -347,4 +400,5 @@ const names = await offer();
 const asked = new URLSearchParams(location.hash.slice(1)).get("scene");
 if (asked !== null) await open(asked);
 else if (names.length > 0) await open(names[0]);
+else if (draft.fault === null) askForRoom();
 document.querySelector("main").dataset.ready = "true";

@@ -2,7 +2,7 @@
 
 import { CoverageHatch } from "./hatch.js";
 import { weightOf, withRoom } from "./names.js";
-import { centerOf, directionOf, handleOf, isOf, isSame, onGrid, placeOf, reachTowards, turnOf, turnTowards, turnable } from "./things.js";
+import { centerOf, directionOf, handleOf, isOf, isSame, onGrid, outlineOf, placeOf, reachTowards, turnOf, turnTowards, turnable } from "./things.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 // Margin, as a share of the longer side of the room.
@@ -107,7 +107,8 @@ export class FloorPlan {
     const shade = element("g", { class: "shade" });
     shade.append(...sensors.filter(({ reach_m: outline }) => outline?.length > 2).map((sensor) => polygon("", sensor.reach_m)));
     this.#layers.things.replaceChildren(...bodies, shade, ...views, ...ways, ...sensors.filter(({ at_m: at }) => at).map((sensor) => this.#sensor(sensor)));
-    const names = withRoom(items.flatMap((item) => this.#name(item)), LETTERS * this.#unit);
+    const people = items.filter(({ kind, bodies }) => kind === "agent" && bodies?.length > 0).map(boxOf);
+    const names = withRoom(items.flatMap((item) => this.#name(item)), LETTERS * this.#unit, people);
     this.#layers.names.replaceChildren(...names.map(({ kind, words, at }) => this.#text(kind, words, at, 1)));
     this.#layers.handles.replaceChildren(...this.#handles());
   }
@@ -183,7 +184,11 @@ export class FloorPlan {
     const at = item.at_m ?? middle(item.bodies?.[0]?.outline_m);
     if (!at) return [];
     const chosen = this.#is(item);
-    return [{ kind: `name${chosen}`, words: item.name, at: [at[0], -at[1] + underOf(item) * this.#unit], weight: weightOf(item, chosen !== "") }];
+    const [x, y] = [at[0], -at[1]];
+    const { top, bottom } = outlineOf(item).length > 0 ? boxOf(item) : { top: y, bottom: y };
+    const [above, below] = [[x, top - 0.35 * LETTERS * this.#unit], [x, bottom + 1.1 * LETTERS * this.#unit]];
+    const [first, ...others] = item.kind === "agent" ? [below, above] : [[x, y + underOf(item) * this.#unit], below, above];
+    return [{ kind: `name${chosen}`, words: item.name, at: first, others, weight: weightOf(item, chosen !== "") }];
   }
 
   /** The round handle that turns the selection. */
@@ -299,9 +304,14 @@ const line = (kind, points) => element("polyline", { class: kind, points: onPage
 
 /** How far below an item its name is, so that it covers neither the item nor its handle. */
 function underOf(item) {
-  if (item.way) return -1.1 * LETTERS;
   if (item.kind !== "sensor") return 0.35 * LETTERS;
   return turnOf(item) < 0 ? -1.1 * LETTERS : DOT + LETTERS;
+}
+
+/** The box around all outlines of an item on the page. */
+function boxOf(item) {
+  const [xs, ys] = [0, 1].map((axis) => outlineOf(item).map((corner) => corner[axis]));
+  return { left: Math.min(...xs), right: Math.max(...xs), top: -Math.max(...ys), bottom: -Math.min(...ys) };
 }
 
 function middle(points) {

@@ -11,6 +11,21 @@ const SPEED_MM_PER_S = 800;
 const [ASIDE_MM, GAP_MM] = [200, 100];
 const NAMES_MAX = 5;
 
+/** The text of a room of this size with a sensor under the middle of its ceiling. */
+export function newRoom([x, y, z]) {
+  return `[room]
+size_mm = [${x}, ${y}, ${z}]
+ambient_c = 21
+
+[[sensor]]
+name = "ceiling"
+preset = "grid-eye"
+position_mm = [${x / 2}, ${y / 2}, ${z}]
+elevation_deg = 90
+azimuth_deg = -90
+`;
+}
+
 /** Adds an object, person or sensor; returns whether there was space. */
 export async function newThing(draft, kind) {
   const { low_m: low, high_m: high } = draft.scene.room;

@@ -45,6 +45,7 @@ export class Seen {
   #redraw() {
     for (const shown of this.#shown.values()) {
       shown.heat?.look(this.#look.drawing);
+      shown.bar.style.background = `linear-gradient(to right, ${stopsOf(this.#look.drawing.colors)})`;
       shown.drawn = "";
     }
     this.#paint();
@@ -62,10 +63,13 @@ export class Seen {
     canvas.setAttribute("role", "application");
     canvas.setAttribute("aria-label", `Simulated frame of ${sensor}; arrow keys read its pixels`);
     reading.className = "reading";
+    const [scale, low, bar, high] = ["p", "span", "i", "span"].map((name) => document.createElement(name));
+    scale.className = "band";
+    scale.append(low, bar, high);
     box.append(canvas);
-    figure.append(caption, box, reading);
+    figure.append(caption, box, scale, reading);
     figure.dataset.sensor = sensor;
-    const shown = { figure, range, canvas, reading, frame: null, heat: null, drawn: "" };
+    const shown = { figure, range, canvas, reading, low, bar, high, frame: null, heat: null, drawn: "" };
     if (columns === SIDE && rows === SIDE) shown.heat = new HeatMap(canvas, { cell: () => read(shown) });
     else box.style.aspectRatio = `${columns} / ${rows}`;
     return shown;
@@ -84,6 +88,8 @@ export class Seen {
       const drawn = `${range.low} ${range.high} ${now}`;
       if (shown.drawn === drawn) continue;
       shown.drawn = drawn;
+      say(shown.low, `${range.low} °C`);
+      say(shown.high, `${range.high} °C`);
       say(shown.range, `${Math.min(...celsius).toFixed(1)} to ${Math.max(...celsius).toFixed(1)} °C`);
       if (shown.heat) {
         shown.heat.show(celsius, range);
@@ -94,6 +100,12 @@ export class Seen {
       shown.figure.dataset.celsius = now;
     }
   }
+}
+
+/** A palette for a gradient, cold end first. */
+function stopsOf(colors) {
+  const shades = [0, 51, 102, 153, 204, 255];
+  return shades.map((shade) => `rgb(${colors.subarray(3 * shade, 3 * shade + 3).join(" ")})`).join(", ");
 }
 
 function read({ heat, reading, frame }) {

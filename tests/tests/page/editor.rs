@@ -9,6 +9,7 @@ use std::fs;
 
 mod desk;
 mod layout;
+mod nothing;
 mod person;
 
 use desk::*;

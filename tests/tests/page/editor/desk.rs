@@ -73,15 +73,22 @@ pub(crate) struct Desk {
 
 impl Desk {
     pub(crate) fn new() -> Result<Self, Failure> {
+        const BROKEN: &str = "# Half a room.\n[room]\nsize_mm = [4000, 4000]\n";
+        Self::with(&[
+            ("room.toml", ROOM),
+            ("ways/ana.csv", WAY),
+            ("broken.toml", BROKEN),
+        ])
+    }
+
+    /// A folder of scenes with these files.
+    pub(crate) fn with(files: &[(&str, &str)]) -> Result<Self, Failure> {
         let folder = tempfile::tempdir()?;
         let scenes = folder.path().join("scenes");
         fs::create_dir_all(scenes.join("ways"))?;
-        fs::write(scenes.join("room.toml"), ROOM)?;
-        fs::write(scenes.join("ways/ana.csv"), WAY)?;
-        fs::write(
-            scenes.join("broken.toml"),
-            "# Half a room.\n[room]\nsize_mm = [4000, 4000]\n",
-        )?;
+        for (name, text) in files {
+            fs::write(scenes.join(name), text)?;
+        }
         let arguments = ["--scenes".as_ref(), scenes.as_os_str()];
         let store = folder.path().join("store.sqlite");
         let desk = Self {
@@ -100,8 +107,13 @@ impl Desk {
 
     /// Opens a scene in the editor.
     pub(crate) fn open(&self, scene: &str) -> Outcome {
-        self.browser
-            .open(&format!("{}/editor#scene={scene}", self.collector.url()))?;
+        self.open_at(&format!("#scene={scene}"))
+    }
+
+    /// Opens the editor, with what follows its path.
+    pub(crate) fn open_at(&self, hash: &str) -> Outcome {
+        let url = format!("{}/editor{hash}", self.collector.url());
+        self.browser.open(&url)?;
         let ready = || {
             self.browser
                 .execute("return document.querySelector('main').dataset.ready")
