@@ -264,8 +264,7 @@ fn a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict() -> Outc
     room.choose("right")?;
     room.wait_for_verdict(|verdict| verdict == "Disagrees")?;
     room.wait("meaning", |text| {
-        text.contains("% of right recordings are so far from the scene")
-            && text.contains(" frames.")
+        text.contains("Judged by ") && text.contains(" frames.")
     })?;
     room.wait("because", |text| text.starts_with("Check "))?;
 

@@ -20,10 +20,20 @@ pub(crate) fn section(comparison: &Comparison) -> String {
     let (count, others) = (others.clone().count(), others.map(row).collect());
     let decision = comparison.decision.as_ref();
     format!(
-        "<h2>Criteria</h2>\n<p>Every criterion that was asked must be met.</p>\n{shown}{}\
+        "<p>Every criterion that was asked must be met.</p>\n{shown}{}{}\
          <details><summary>{count} more, met or not asked</summary>\n{}</details>\n",
+        decision.map_or_else(String::new, p_value),
         decision.map_or_else(String::new, alternatives),
         rows(others)
+    )
+}
+
+fn p_value(decision: &Decision) -> String {
+    format!(
+        "<p>p-value {}: the share of simulated recordings of the scene that are as far from it as this one, or farther. The least \
+         likely of it: {}.</p>\n",
+        fixed(decision.right, 3),
+        marked(&decision.worst)
     )
 }
 
@@ -97,8 +107,8 @@ pub(crate) fn thresholds(context: &Context) -> String {
         })
         .collect();
     format!(
-        "<h2>Thresholds</h2>\n<details><summary>Values and sources</summary>\n<p>Keys ending in <code>_c</code> are in °C. Change \
+        "<p>Keys ending in <code>_c</code> are in °C. Change \
          them with <code>--thresholds FILE</code>.</p>\n\
-         <table class=\"list thresholds\">\n<tbody>\n{rows}</tbody>\n</table></details>\n"
+         <table class=\"list thresholds\">\n<tbody>\n{rows}</tbody>\n</table>\n"
     )
 }

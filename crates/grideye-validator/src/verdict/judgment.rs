@@ -5,7 +5,7 @@ use crate::frames::fitted::FittedShare;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::scene_criteria::{drift, level, scene};
 use crate::verdict::types::{
-    Criterion, Evidence, Judgment, Next, Question, State, Verdict, WHOLE, Weighed, lower,
+    Criterion, Evidence, Judgment, Next, Question, State, Verdict, WHOLE, Weighed, joined, lower,
 };
 use grideye_draw::text::frames;
 
@@ -108,14 +108,6 @@ fn would_change(verdict: Verdict, weighed: &[Weighed]) -> String {
             joined(&turns(State::Failed), "and")
         ),
         Verdict::CannotTell => format!("To tell, it takes {}.", joined(&turns(State::Open), "and")),
-    }
-}
-
-fn joined(pieces: &[&str], word: &str) -> String {
-    match pieces {
-        [] => "nothing that was asked".to_owned(),
-        [one] => (*one).to_owned(),
-        [others @ .., last] => format!("{}, {word} {last}", others.join(", ")),
     }
 }
 

@@ -1,9 +1,11 @@
 //! Whether the recording is the scene's, by the decision; and whether its level is.
 
-use crate::decision::{Alternatively, Contrast, Decision, Finding, Law, Statistic};
+use crate::decision::{Alternative, Alternatively, Contrast, Decision, Finding, Law, Statistic};
 use crate::frames::RoomSource;
 use crate::thresholds::Thresholds;
-use crate::verdict::types::{Evidence, Next, PROFILE, Question, State, WHOLE, Weighed};
+use crate::verdict::types::{
+    Evidence, Next, PROFILE, Question, State, WHOLE, Weighed, joined, upper,
+};
 use grideye_draw::text::fixed;
 
 /// Alternatives named in one sentence.
@@ -27,11 +29,7 @@ fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
         title: "A right recording may look like this",
         keys: &["right_min", "background_spread_c"],
     };
-    let share = fixed(100.0 * decision.right, 1);
-    let worst = &decision.worst;
     if decision.right > thresholds.right_min {
-        let sentence =
-            format!("{share} % of right recordings are as far from the scene or farther.");
         let aside = decision
             .refused_aside_m
             .map(|aside_m| format!("a person {} m aside", fixed(aside_m, 2)));
@@ -40,7 +38,7 @@ fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
         let delay = (later != "0.00")
             .then(|| format!("a recording more than {earlier} s earlier or {later} s later"));
         let turns: Vec<String> = aside.into_iter().chain(delay).collect();
-        return asked.weighed(State::Met, sentence, ("", turns.join(", ")));
+        return asked.weighed(State::Met, as_claimed(decision), ("", turns.join(", ")));
     }
     let step = match decision.cause {
         _ if decision.is_empty => NOBODY,
@@ -61,13 +59,50 @@ fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
             "Check that people, objects and sensor are where the scene has them; mark uncertain values with [[uncertain]] and run `grideye calibrate`."
         }
     };
-    let sentence =
-        format!("Only {share} % of right recordings are so far from the scene: {worst}.");
     asked.weighed(
         State::Failed,
-        sentence,
+        upper(&decision.worst) + ".",
         (step, "a recording nearer to the scene"),
     )
+}
+
+/// What was found, and what of another kind would have been noticed.
+fn as_claimed(decision: &Decision) -> String {
+    let later = fixed(decision.delay_range_s[1], 2);
+    let moves = later != "0.00";
+    let people = decision.contrasts.iter();
+    let people: Vec<&String> = people.filter_map(|one| one.of.as_ref()).collect();
+    let (who, them) = match people.as_slice() {
+        [] => ("What is warm is".to_owned(), "it"),
+        [one] => (format!("`{one}` is"), "them"),
+        more => (format!("All {} people are", more.len()), "them"),
+    };
+    let place = if moves { "where and when" } else { "where" };
+    let excludes = |sought: fn(&Alternative) -> bool| {
+        let mut all = decision
+            .alternatives
+            .iter()
+            .filter(|one| sought(&one.of))
+            .peekable();
+        all.peek().is_some() && all.all(|one| one.finding() == Finding::Excluded)
+    };
+    let more = |one: &Alternative| matches!(one, Alternative::More(_) | Alternative::Follower(_));
+    let nobody = |one: &Alternative| *one == Alternative::Nobody;
+    let noticed = [
+        decision
+            .refused_aside_m
+            .map(|aside_m| format!("{} m aside", fixed(aside_m, 2))),
+        moves.then(|| format!("{later} s later")),
+        excludes(more).then(|| "one more person".to_owned()),
+        (people.is_empty() && excludes(nobody)).then(|| "a room with nothing warm".to_owned()),
+    ];
+    let noticed: Vec<String> = noticed.into_iter().flatten().collect();
+    let noticed: Vec<&str> = noticed.iter().map(String::as_str).collect();
+    let rest = match noticed.as_slice() {
+        [] => String::new(),
+        some => format!(": {} would have been noticed", joined(some, "or")),
+    };
+    format!("{who} {place} the scene has {them}{rest}.")
 }
 
 const WARMTH: &str =

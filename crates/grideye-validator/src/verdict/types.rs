@@ -218,3 +218,19 @@ pub(crate) fn lower(text: &str) -> String {
         first.to_lowercase().chain(letters).collect()
     })
 }
+
+/// For the beginning of one.
+pub(crate) fn upper(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
+pub(crate) fn joined(pieces: &[&str], word: &str) -> String {
+    match pieces {
+        [] => "nothing that was asked".to_owned(),
+        [one] => (*one).to_owned(),
+        [others @ .., last] => format!("{}, {word} {last}", others.join(", ")),
+    }
+}
