@@ -4,7 +4,9 @@ use crate::error::InputError;
 use crate::read::{TOML_HINT, profile, thresholds};
 use crate::scene::{LoadedScene, sensor_name};
 use crate::text::open;
-use grideye_validator::report::{Context, Input};
+use grideye_plan::drawing::perspective;
+use grideye_scene::Scene;
+use grideye_validator::report::{self, Context, Input};
 use grideye_validator::{Comparison, KnownUnit, Options, Thinned, compare_scene};
 use sha2::{Digest as _, Sha256};
 use std::io;
@@ -67,12 +69,20 @@ pub fn compare(
         assumptions: loaded.warnings.clone(),
         experiment: scene.paper_experiment(),
         thresholds: thresholds.lines,
+        room: room(scene, &comparison),
         ..context
     };
     Ok(Compared {
         comparison,
         context,
     })
+}
+
+/// The room as the report shows it beside its frames.
+#[must_use]
+pub fn room(scene: &Scene, comparison: &Comparison) -> String {
+    let time = report::key_time(comparison);
+    time.map_or_else(String::new, |time| perspective(scene, time))
 }
 
 /// A file with the hash of its bytes.

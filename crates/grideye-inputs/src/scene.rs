@@ -1,6 +1,6 @@
 //! A scene's file, and the files that it names.
 
-use crate::error::InputError;
+use crate::error::{InputError, shown};
 use crate::text::{read_text, regular, text};
 use grideye_scene::profile::BUILT_IN;
 use grideye_scene::{Files, Model, Scene, Unseen};
@@ -8,13 +8,16 @@ use std::cell::RefCell;
 use std::io;
 use std::path::{Path, PathBuf};
 
+/// Names and texts of files that the program holds.
+pub type Held = &'static [(&'static str, &'static str)];
+
 /// Files that a scene names, and the list of those it has read.
 #[derive(Debug, Default)]
 pub struct Beside {
     folder: PathBuf,
     read: RefCell<Vec<PathBuf>>,
-    /// Beside the scene are the profiles that the program holds.
-    is_built_in: bool,
+    /// Of a scene that the program holds, the texts beside it; it holds the profiles too.
+    held: Option<Held>,
 }
 
 impl Beside {
@@ -30,9 +33,10 @@ impl Beside {
 
 impl Files for Beside {
     fn read(&self, relative: &str) -> io::Result<String> {
-        if self.is_built_in {
-            let is_it = |name: &str| format!("profiles/{name}.toml") == relative;
-            let found = BUILT_IN.iter().find(|(name, _)| is_it(name));
+        if let Some(held) = self.held {
+            let profiles = BUILT_IN.map(|(name, text)| (format!("profiles/{name}.toml"), text));
+            let held = held.iter().map(|(name, text)| ((*name).to_owned(), *text));
+            let found = held.chain(profiles).find(|(name, _)| name == relative);
             return Ok(found.ok_or(io::ErrorKind::NotFound)?.1.to_owned());
         }
         let path = self.folder.join(relative);
@@ -82,14 +86,14 @@ pub struct SceneText {
 }
 
 impl SceneText {
-    /// A scene that the program holds.
+    /// A scene that the program holds, with the files that it names.
     #[must_use]
-    pub fn built_in(name: &str, text: &str) -> Self {
+    pub fn built_in(name: &str, text: &str, files: Held) -> Self {
         Self {
             text: text.to_owned(),
             origin: format!("scenes/{name}.toml (built in)"),
             files: Beside {
-                is_built_in: true,
+                held: Some(files),
                 ..Beside::default()
             },
         }
@@ -102,7 +106,7 @@ impl SceneText {
         let hint = "scenes/ holds some, and scenes/README.md describes the format";
         Ok(Self {
             text: text(path, "the scene", hint)?,
-            origin: path.display().to_string(),
+            origin: shown(path),
             files: Beside {
                 read: RefCell::new(vec![path.to_path_buf()]),
                 ..Beside::of_folder(path.parent().unwrap_or(Path::new("")))

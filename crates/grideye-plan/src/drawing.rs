@@ -49,6 +49,16 @@ pub fn svg(scene: &Scene, drawing: &Drawing<'_>) -> String {
     sheet.finish()
 }
 
+/// The scene in perspective at a time without words, as a self-contained square SVG.
+#[must_use]
+pub fn perspective(scene: &Scene, time: Duration) -> String {
+    let mut sheet = Sheet::bare(SQUARE.size.into(), "");
+    let bodies = Bodies::of(scene, time, limits::FACES_MAX);
+    let camera = Camera::perspective(scene.room().bounds_m(), &SQUARE);
+    draw(&mut sheet, &camera, scene, &bodies, &Drawing::new(""));
+    sheet.finish()
+}
+
 /// What is drawn of a scene at a time, for a program that draws it itself, in meters; bodies beyond so many faces, in file
 /// order, are boxes.
 ///
@@ -188,4 +198,5 @@ const WIDTH: f64 = 1280.0;
 const HEIGHT: f64 = 720.0;
 const LEGEND_Y: f64 = 696.0;
 const PERSPECTIVE: Panel = Panel::new(24.0, 84.0, 760.0, 584.0);
+const SQUARE: Panel = Panel::new(0.0, 0.0, 600.0, 600.0);
 const FROM_ABOVE: Panel = Panel::new(808.0, 84.0, 448.0, 584.0);

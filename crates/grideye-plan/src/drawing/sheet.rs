@@ -39,12 +39,17 @@ fn style() -> String {
 }
 
 impl Sheet {
-    /// A page with its title and a line below; `more` is its style besides that of rooms.
-    pub(crate) fn new((width, height): (f64, f64), title: &str, summary: &str, more: &str) -> Self {
+    /// A page without words; `more` is its style besides that of rooms.
+    pub(crate) fn bare((width, height): (f64, f64), more: &str) -> Self {
         let mut svg = Svg::page(width, height, &[("font-size", "12")]);
         svg.element("style").text(style() + more);
         svg.line_end();
-        let mut sheet = Self { svg };
+        Self { svg }
+    }
+
+    /// A page with its title and a line below.
+    pub(crate) fn new(size: (f64, f64), title: &str, summary: &str, more: &str) -> Self {
+        let mut sheet = Self::bare(size, more);
         sheet.svg.element("title").text(title);
         sheet.text("title", DVec2::new(24.0, 34.0), title);
         sheet.text("faint", DVec2::new(24.0, 56.0), summary);

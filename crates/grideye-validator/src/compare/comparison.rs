@@ -30,6 +30,8 @@ pub struct EvaluationGraph {
 pub struct FilmFrame {
     /// Time of the real frame since the recording's first.
     pub time: Duration,
+    /// Time of the simulated one since the start of the scene.
+    pub scene_time: Duration,
     pub real: Vec<f64>,
     pub simulated: Vec<f64>,
 }
@@ -95,14 +97,14 @@ pub struct FrameScores {
     pub offset_c: f64,
     /// Every measure of the pair.
     pub values: Values,
-    /// Simulated less real, °C, row by row.
+    /// Real minus simulated, °C, row by row.
     pub difference_c: Vec<f64>,
 }
 
 /// Means over the timeline, row by row.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct PixelMaps {
-    /// Mean of simulated less real, °C.
+    /// Mean of real minus simulated, °C.
     pub bias_c: Vec<f64>,
     /// RMS difference, °C.
     pub rmse_c: Vec<f64>,
@@ -126,7 +128,7 @@ pub(crate) fn timeline(view: &ComparedFrames, real: &[RealFrame]) -> Vec<FrameSc
             time: frame.time,
             offset_c: common_offset(&now.celsius, &beside.shown),
             values: sums.pair(now, beside),
-            difference_c: differences(&now.celsius, &beside.celsius).collect(),
+            difference_c: differences(&beside.celsius, &now.celsius).collect(),
         })
     };
     let frames = real.iter().enumerate();

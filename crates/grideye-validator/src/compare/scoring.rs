@@ -10,7 +10,7 @@ use crate::frames::noise::noise_of;
 use crate::frames::{RealFrame, SimulatedFrame};
 use crate::metrics::score::{Measure, Score, Scores};
 use crate::metrics::thresholds_c;
-use crate::numbers::{evenly, extremes, mean_square, median};
+use crate::numbers::{evenly, extremes, mean_frame, mean_square, median, sum_of};
 use crate::verdict::judgment::judge;
 use crate::verdict::types::{Evidence, Prior};
 use grideye_frame::PIXELS;
@@ -124,16 +124,21 @@ fn scores(
     }))
 }
 
+/// Of each part of the time the frame that is farthest from the mean over time: where something happens.
 fn film(real: &[RealFrame], simulated: &[SimulatedFrame]) -> Vec<FilmFrame> {
+    let number = real.len().min(simulated.len());
+    let mean_c = mean_frame(real.iter().map(|frame| frame.celsius));
+    let apart = |index: &usize| sum_of(&real[*index].celsius, &mean_c, |x, y| (x - y) * (x - y));
+    let ends = evenly(number + 1, FILM_FRAMES_MAX + 1);
+    let parts = ends.windows(2).map(|ends| ends[0]..ends[1]);
+    let shown = parts.filter_map(|part| part.max_by(|a, b| apart(a).total_cmp(&apart(b))));
     let pair = |index: usize| FilmFrame {
         time: real[index].time,
+        scene_time: simulated[index].time,
         real: real[index].celsius.to_vec(),
         simulated: simulated[index].celsius.to_vec(),
     };
-    evenly(real.len().min(simulated.len()), FILM_FRAMES_MAX)
-        .into_iter()
-        .map(pair)
-        .collect()
+    shown.map(pair).collect()
 }
 
 /// Standard deviation of the unknown part of a unit's pattern, row by row, °C.
@@ -146,6 +151,39 @@ pub(crate) fn pattern_c(settings: &Settings, prior: &Prior) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::frames::types::Protocol;
+    use std::time::Duration;
+
+    /// Somebody is there for a tenth of a minute, warmest in its middle.
+    #[test]
+    fn the_film_shows_when_something_happens() {
+        let celsius = |index: u32| {
+            let warm = if (312..372).contains(&index) {
+                4.0
+            } else {
+                0.0
+            };
+            let mut celsius = [20.0; PIXELS];
+            celsius[9] += warm;
+            celsius[10] += if index == 340 { 2.0 } else { 0.0 };
+            celsius
+        };
+        let time = |index: u32| Duration::from_millis(100) * index;
+        let real = (0..600).map(|index| RealFrame {
+            time: time(index),
+            celsius: celsius(index),
+            later: None,
+        });
+        let simulated = (0..600).map(|index| SimulatedFrame {
+            time: time(index + 50),
+            celsius: celsius(index),
+            noise_free: celsius(index),
+        });
+        let film = film(&real.collect::<Vec<_>>(), &simulated.collect::<Vec<_>>());
+        let shown = film.iter().find(|frame| frame.time == time(340)).unwrap();
+        assert_eq!((film.len(), shown.scene_time), (6, time(390)));
+        assert_eq!(shown.real[9..11], [24.0, 22.0]);
+        assert!(film.is_sorted_by_key(|frame| frame.time));
+    }
 
     #[test]
     fn protocols_pair_as_the_paper_says() {

@@ -31,11 +31,11 @@ pub fn rmse(real: &[f64], simulated: &[f64]) -> Option<f64> {
     finite((sum_of(real, simulated, |x, y| (y - x) * (y - x)) / count(real.len())).sqrt())
 }
 
-/// Mean of simulated less real, °C: above zero if the simulation is too warm.
+/// Mean of real minus simulated, °C: above zero if the simulation is too cold.
 #[must_use]
 pub fn bias(real: &[f64], simulated: &[f64]) -> Option<f64> {
     comparable(real, simulated)?;
-    finite(sum_of(real, simulated, |x, y| y - x) / count(real.len()))
+    finite(sum_of(real, simulated, |x, y| x - y) / count(real.len()))
 }
 
 #[derive(Debug, Clone)]

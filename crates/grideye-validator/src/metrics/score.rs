@@ -26,7 +26,7 @@ named! {
         MutualInformation = "mutual_information_grey", "MI, mutual information";
         ImageSimilarity = "image_similarity", "IS, image similarity";
         Rmse = "rmse", "RMSE";
-        Bias = "bias", "Bias, simulated minus real";
+        Bias = "bias", "Bias, real minus simulated";
         CentroidError = "centroid_error_pixels", "Centroid error";
     }
 }

@@ -43,11 +43,7 @@ pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
         .chain(&comparison.notes)
         .chain(&own)
         .collect();
-    format!(
-        "<h2>Assumptions</h2>\n<details><summary>{} assumptions and definitions</summary>\n{}</details>\n",
-        sentences.len(),
-        list(sentences.into_iter())
-    )
+    list(sentences.into_iter())
 }
 
 fn units(comparison: &Comparison) -> String {

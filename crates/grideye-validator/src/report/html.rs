@@ -7,7 +7,11 @@ use crate::report::image::{self, Shows};
 use crate::report::text::{Context, list, marked};
 use crate::report::{assumptions, criteria, paper, plots, scores};
 use crate::verdict::Verdict;
+use crate::verdict::types::upper;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use grideye_draw::text::{escape, fixed, seconds, signed};
+use std::time::Duration;
 
 /// The comparison as one HTML file without scripts or network, readable in gray and in print.
 #[must_use]
@@ -18,16 +22,18 @@ pub fn html(comparison: &Comparison, context: &Context) -> String {
     );
     let body = [
         verdict(comparison),
-        facts(comparison, context),
-        criteria::section(comparison),
-        frames(comparison),
+        frames(comparison, context),
         scores::section(comparison, context),
-        evaluation(comparison),
-        plots::section(comparison),
-        image::maps_section(comparison),
-        criteria::thresholds(context),
-        assumptions::section(comparison, context),
-        reproduce(comparison, context),
+        folded("Criteria", &criteria::section(comparison)),
+        folded(
+            "Graphs",
+            &(evaluation(comparison) + &plots::section(comparison)),
+        ),
+        folded("Where it is off", &image::maps_section(comparison)),
+        folded("Recording and scene", &facts(comparison, context)),
+        folded("Thresholds", &criteria::thresholds(context)),
+        folded("Assumptions", &assumptions::section(comparison, context)),
+        folded("Reproduce", &reproduce(comparison, context)),
         footer(context),
     ]
     .concat();
@@ -38,6 +44,22 @@ pub fn html(comparison: &Comparison, context: &Context) -> String {
         escape(&title),
         include_str!("style.css")
     )
+}
+
+/// The scene's time in the frames that are shown large; `None` without frames.
+#[must_use]
+pub fn key_time(comparison: &Comparison) -> Option<Duration> {
+    image::key_frame(comparison).map(|key| key.scene_time)
+}
+
+/// A section that a click opens; nothing of an empty one.
+fn folded(title: &str, body: &str) -> String {
+    match body {
+        "" => String::new(),
+        body => format!(
+            "<details class=\"section\"><summary><h2>{title}</h2></summary>\n{body}</details>\n"
+        ),
+    }
 }
 
 fn verdict(comparison: &Comparison) -> String {
@@ -67,13 +89,6 @@ fn verdict(comparison: &Comparison) -> String {
         marked(&upper(found)),
         marked(&judgment.would_change)
     )
-}
-
-fn upper(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| {
-        first.to_uppercase().chain(letters).collect()
-    })
 }
 
 fn facts(comparison: &Comparison, context: &Context) -> String {
@@ -106,7 +121,7 @@ fn facts(comparison: &Comparison, context: &Context) -> String {
     format!("<dl class=\"facts\">\n{items}</dl>\n")
 }
 
-fn frames(comparison: &Comparison) -> String {
+fn frames(comparison: &Comparison, context: &Context) -> String {
     let temperatures = Shows::Temperatures(image::shared_range(comparison));
     let differences = Shows::Differences {
         limit_c: image::difference_limit(comparison),
@@ -118,28 +133,41 @@ fn frames(comparison: &Comparison) -> String {
     let difference = image::difference(&key.real, &key.simulated);
     let figure = |values: &[f64], shows, name: &str, caption: &str| {
         let svg = image::svg(values, shows, true, &format!("{name} frame at {time}"));
-        format!("<figure>{svg}<figcaption><b>{name}</b> {caption}</figcaption></figure>\n")
+        format!(
+            "<figure>{svg}{}<figcaption><b>{name}</b> {caption}</figcaption></figure>\n",
+            image::scale(shows)
+        )
     };
     format!(
-        "<h2>Frames</h2>\n<p>At {time}, in °C; real and simulated share one scale. Pixel 1 is at the upper left. Hatched cells differ by \
-         {IS_THRESHOLD:.2} °C or more and do not count as similar.</p>\n<div class=\"frames\">\n{}{}{}</div>\n\
-         <div class=\"scales\"><div>{}</div><div>{}</div></div>\n{}",
-        figure(&key.real, temperatures, "Real", "as measured"),
+        "<div class=\"frames\">\n{}{}{}{}</div>\n{}<p class=\"small soft\">The frames above are those at {time}; real and simulated share one scale. Pixel 1 is at \
+         the upper left. Hatched cells differ by {IS_THRESHOLD:.2} °C or more and do not count as similar.</p>\n",
+        figure(&key.real, temperatures, "Real", "as measured, °C"),
         figure(
             &key.simulated,
             temperatures,
             "Simulated",
-            "with sensor noise"
+            "with sensor noise, °C"
         ),
         figure(
             &difference,
             differences,
             "Difference",
-            "simulated minus real"
+            "real minus simulated, °C"
         ),
-        image::scale(temperatures),
-        image::scale(differences),
+        room(context, seconds(key.scene_time).as_str()),
         film(comparison, temperatures, differences)
+    )
+}
+
+/// As an image, whose styles stay its own.
+fn room(context: &Context, time: &str) -> String {
+    if context.room.is_empty() {
+        return String::new();
+    }
+    let room = STANDARD.encode(&context.room);
+    format!(
+        "<figure><img alt=\"The room at {time} of the scene\" src=\"data:image/svg+xml;base64,{room}\">\
+         <figcaption><b>Room</b> at {time} of the scene</figcaption></figure>\n"
     )
 }
 
@@ -169,7 +197,7 @@ fn film(comparison: &Comparison, temperatures: Shows, differences: Shows) -> Str
 
 fn evaluation(comparison: &Comparison) -> String {
     format!(
-        "<h2>Evaluation graph</h2>\n<p>Share of pixels that differ by less than a threshold. Only the gap to the dashed curve counts: with \
+        "<h3>Evaluation graph</h3>\n<p>Share of pixels that differ by less than a threshold. Only the gap to the dashed curve counts: with \
          little warm in view, a blank frame is similar too.</p>\n\
          <figure>{}</figure>\n<details><summary>Why IS is read at {IS_THRESHOLD:.2} °C</summary><p>The paper takes the datasheet's \
          accuracy of ±{SENSOR_ACCURACY_C:.1} °C as 3σ and reads at 2σ. This σ is not the sensor's noise.</p></details>\n",
@@ -201,9 +229,7 @@ fn reproduce(comparison: &Comparison, context: &Context) -> String {
         "" => String::new(),
         command => format!("<pre>{}</pre>\n", escape(command)),
     };
-    format!(
-        "<h2>Reproduce</h2>\n{command}<table class=\"list\">\n<tbody>\n{rows}</tbody>\n</table>\n"
-    )
+    format!("{command}<table class=\"list\">\n<tbody>\n{rows}</tbody>\n</table>\n")
 }
 
 fn footer(context: &Context) -> String {

@@ -16,7 +16,7 @@ use grideye_frame::{COLUMNS, ROWS};
 pub(crate) enum Shows {
     /// From the coldest to the warmest, °C.
     Temperatures((f64, f64)),
-    /// Simulated minus real, on a scale from minus to plus this many degrees.
+    /// Real minus simulated, on a scale from minus to plus this many degrees.
     Differences { limit_c: f64 },
 }
 
@@ -54,7 +54,7 @@ fn limit(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 pub(crate) fn difference(real: &[f64], simulated: &[f64]) -> Vec<f64> {
-    differences(real, simulated).collect()
+    differences(simulated, real).collect()
 }
 
 /// An image, with the value in each cell if `numbered`; differences that do not count as similar are hatched.
@@ -176,13 +176,13 @@ pub(crate) fn maps_section(comparison: &Comparison) -> String {
         format!("<figure>{svg}{scale}<figcaption><b>{name}</b> {caption}</figcaption></figure>\n")
     };
     format!(
-        "<h2>Where it is off</h2>\n<p>Each pixel over all frames. A single pixel that stands out has a fault or a fixed pattern; a patch is an \
+        "<p>Each pixel over all frames. A single pixel that stands out has a fault or a fixed pattern; a patch is an \
          object that the scene lacks or has elsewhere.</p>\n<div class=\"frames\">\n{}{}</div>\n",
         figure(
             &maps.bias_c,
             differences,
             "Mean difference",
-            "simulated minus real, °C"
+            "real minus simulated, °C"
         ),
         figure(&maps.rmse_c, errors, "Error", "root mean square, °C"),
     )

@@ -156,7 +156,7 @@ fn timeline(comparison: &Comparison) -> Value {
 }
 
 fn film(comparison: &Comparison) -> Vec<Value> {
-    let frame = |frame: &FilmFrame| json!({ "time_s": frame.time.as_secs_f64(), "real_c": frame.real, "simulated_c": frame.simulated });
+    let frame = |frame: &FilmFrame| json!({ "time_s": frame.time.as_secs_f64(), "scene_time_s": frame.scene_time.as_secs_f64(), "real_c": frame.real, "simulated_c": frame.simulated });
     comparison.film.iter().map(frame).collect()
 }
 

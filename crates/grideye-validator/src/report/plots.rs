@@ -90,7 +90,7 @@ pub(crate) fn section(comparison: &Comparison) -> String {
         return String::new();
     }
     format!(
-        "<h2>Scores over time</h2>\n<p>Each real frame with its simulated one. Dashed: the blank frame's mean, or the allowed offset. \
+        "<h3>Scores over time</h3>\n<p>Each real frame with its simulated one. Dashed: the blank frame's mean, or the allowed offset. \
          Dotted: the ceiling.</p>\n<figure>{}</figure>\n",
         over_time(&panels(comparison))
     )

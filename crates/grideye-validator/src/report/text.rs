@@ -46,6 +46,9 @@ pub struct Context {
     pub experiment: Option<u8>,
     #[serde(skip)]
     pub thresholds: Vec<ThresholdLine>,
+    /// The room as an SVG, at the [`key_time`](super::key_time) of the comparison; without it, none is shown.
+    #[serde(skip)]
+    pub room: String,
 }
 
 /// A file that went into the comparison.

@@ -123,7 +123,7 @@ proptest! {
     fn rmse_splits_into_bias_and_spread(x in sensor_frame(), y in sensor_frame()) {
         let (rmse, bias) = (rmse(&x, &y).unwrap(), bias(&x, &y).unwrap());
         prop_assert!(bias.abs() <= rmse + 1e-12);
-        let leveled: Vec<f64> = y.iter().map(|value| value - bias).collect();
+        let leveled: Vec<f64> = y.iter().map(|value| value + bias).collect();
         let spread = grideye_validator::metrics::rmse(&x, &leveled).unwrap();
         prop_assert!((rmse - bias.hypot(spread)).abs() < 1e-9);
     }

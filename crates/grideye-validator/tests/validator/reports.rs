@@ -37,6 +37,7 @@ fn context() -> Context {
         assumptions: vec!["The sensor looks straight down.".to_owned()],
         experiment: Some(1),
         thresholds: ThresholdSet::shipped().lines,
+        room: String::new(),
     }
 }
 
@@ -167,7 +168,7 @@ fn the_page_shows_scale_assumptions_and_command() {
             "threshold in °C",
             "blank frame (floor)",
             "own repeat (ceiling)",
-            "assumptions and definitions The sensor looks straight down. The paper&#39;s figures are from its own experiment 1. Values that the scene file marks as assumed are ours",
+            "Assumptions The sensor looks straight down. The paper&#39;s figures are from its own experiment 1. Values that the scene file marks as assumed are ours",
             "A note of the comparison.",
             "Reproduce grideye compare --scene kitchen.toml",
             "Program grideye 0.1.0",
@@ -251,6 +252,30 @@ fn the_page_is_self_contained() {
         3 + 2 + 3 * FILM_FRAMES_MAX
     );
     assert!(page.len() < 200_000, "{} bytes", page.len());
+}
+
+/// Verdict, frames and room, film, scores; a click opens the rest.
+#[test]
+fn the_first_screen_has_the_verdict_the_frames_and_the_room() {
+    let mut context = context();
+    context.room = "<svg/>".to_owned();
+    let page = html(&comparison(&[PERSON]), &context);
+    let (open, folded) = page.split_once("<details class=\"section\">").unwrap();
+    let places = [
+        "<h1>",
+        "<b>Real</b>",
+        "<b>Simulated</b>",
+        "<b>Difference</b> real minus simulated",
+        "src=\"data:image/svg+xml;base64,PHN2Zy8+\"",
+        "class=\"film\"",
+        "<h2>Scores</h2>",
+    ]
+    .map(|piece| open.find(piece).unwrap_or_else(|| panic!("{piece}")));
+    assert!(places.is_sorted(), "{places:?}");
+    let titles = folded.matches("<summary><h2>").count();
+    assert_eq!((titles, open.matches("<h2>").count()), (7, 1));
+    context.room.clear();
+    assert!(!html(&comparison(&[PERSON]), &context).contains("svg+xml"));
 }
 
 #[test]

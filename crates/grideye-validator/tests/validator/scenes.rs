@@ -338,11 +338,11 @@ fn frames_are_chosen_evenly_and_gaps_left_out_with_a_note() {
     assert_eq!(comparison.settings.lag_frames, 3);
     // Frame 0 has lost its repeat; frame 97 is the last one that has one.
     assert_eq!(
-        comparison.film.first().unwrap().time,
+        comparison.timeline.first().unwrap().time,
         Duration::from_millis(100)
     );
     assert_eq!(
-        comparison.film.last().unwrap().time,
+        comparison.timeline.last().unwrap().time,
         Duration::from_millis(9_700)
     );
     assert!(
