@@ -2,7 +2,7 @@
 
 use crate::clock::PacedClock;
 use crate::error::RigError;
-use crate::show::{Pictures, Show, evenly};
+use crate::show::{AtEnd, Pictures, Show, Timeline, evenly};
 use amg8833_emulator::{Bus, BusError, Clock, FrameSource};
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 use grideye_agent::bus::{OpenBus, OpenError, by_kind};
@@ -19,16 +19,20 @@ pub const SELF_HEATING_C: f32 = 4.5;
 /// What an emulated sensor sees.
 pub type Source = Box<dyn FrameSource + Send>;
 
-/// A scene's sensor with noise from `seed`; the walk starts with the sensor's first measurement.
+/// A scene's sensor with noise from `seed`; the walk starts with the sensor's first measurement, and again at its end.
 /// # Errors
 /// If the sensor does not have 8 x 8 pixels.
 pub fn scene_source(scene: &Scene, simulator: Simulator, seed: u64) -> Result<Source, RigError> {
     check_resolution(&simulator)?;
-    Ok(Box::new(Show::alone(Pictures::Scene {
+    let pictures = Pictures::Scene {
         simulator: Box::new(simulator),
         thermistor: self_heated(scene.ambient()),
         noise_seed: Some(seed),
-    })))
+    };
+    Ok(Box::new(Show {
+        timeline: Timeline::new(scene.duration(), AtEnd::Loop),
+        ..Show::alone(pictures)
+    }))
 }
 
 /// Rejects a sensor that an AMG8833 cannot represent.

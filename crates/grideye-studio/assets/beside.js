@@ -33,7 +33,6 @@ export class Beside {
   #answeredFor = null;
   #asking = false;
   #opening = null;
-  #staysAt = null;
   #toggled;
   #among;
 
@@ -45,8 +44,8 @@ export class Beside {
     const template = document.querySelector("#beside-panel");
     const root = template.content.firstElementChild.cloneNode(true);
     if (among === "live" && template.dataset.scene !== undefined) {
-      this.#opening = { ...template.dataset };
-      this.#staysAt = template.dataset.scene;
+      // The sensor of the demonstration sees its scene again and again.
+      this.#opening = { ...template.dataset, again: true };
     }
     this.#place = place;
     this.#root = root;
@@ -217,11 +216,6 @@ export class Beside {
     if (simulated !== null) this.#places(simulated.agents, moment);
   }
 
-  /** Whether the simulated frame is of this moment. After its scene, the demonstration's sensor sees the last moment on. */
-  #holds({ state }) {
-    return state === "within" || (state === "ended" && this.#staysAt === this.#chosen.scene);
-  }
-
   #laid() {
     const { moves, seconds } = this.#scene;
     const { originNs, again } = this.#chosen;
@@ -231,7 +225,7 @@ export class Beside {
   #pictures(real, simulated, moment) {
     const drawing = this.#look.drawing;
     const range = this.#look.rangeFor(`${this.#source.key} beside`, simulated === null ? real : [...real, ...simulated.celsius], this.#among);
-    const now = simulated !== null && this.#holds(moment);
+    const now = simulated !== null && moment.state === "within";
     const differences = now ? real.map((celsius, pixel) => celsius - simulated.celsius[pixel]) : null;
     this.#values = { real, simulated: simulated?.celsius ?? null, differences };
     for (const side of ["real", "simulated"]) this.#sides[side].heat.look(drawing);
@@ -276,7 +270,7 @@ export class Beside {
   }
 
   #places(agents, moment) {
-    const known = this.#holds(moment);
+    const known = moment.state === "within";
     this.#plan.place(agents, known);
     const words = agents.map(({ name, place: [x, y] }) => `${name} at ${x.toFixed(2)} m from the left, ${y.toFixed(2)} m from the front`);
     const when = known ? "" : ` (at the ${moment.state === "ended" ? "end" : "start"} of the scene)`;
@@ -287,7 +281,10 @@ export class Beside {
   async #ask() {
     if (this.#asking || !this.#root.isConnected || document.hidden || this.#scene === null || this.#newest === null) return;
     const { frame, boot } = this.#newest;
-    const moment = momentOf(this.#laid(), frame.t_boot_ns);
+    const laid = this.#laid();
+    let moment = momentOf(laid, frame.t_boot_ns);
+    // A round that has just begun shows little: the one before it is compared.
+    if (moment.turn && moment.second < this.#chosen.seconds) moment = momentOf({ ...laid, again: false, originNs: moment.originNs - laid.seconds * 1e9 }, frame.t_boot_ns);
     // By UTC, the collector knows where the scene starts on the device's clock.
     if (moment.state === "before" || (moment.state === "unset" && !this.#scene.starts_utc)) return;
     // After the scene's end the answer no longer changes.

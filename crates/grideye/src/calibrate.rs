@@ -18,7 +18,7 @@ use std::path::Path;
 pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
     let sides = &options.sides;
     let scene = SceneText::read(&sides.scene).map_err(bad_input)?;
-    let loaded = files::load_scene(Some(&sides.scene))?;
+    let loaded = files::load_scene(&sides.scene)?;
     let outputs = options.out.iter().chain(&options.write_profile);
     files::keep_apart(
         loaded

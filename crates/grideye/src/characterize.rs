@@ -203,7 +203,7 @@ fn empty_room(options: &Characterize) -> Result<Option<Vec<f64>>> {
     let Some(path) = &options.scene else {
         return Ok(None);
     };
-    let scene = files::load_scene(Some(path))?.scene.without_agents();
+    let scene = files::load_scene(path)?.scene.without_agents();
     let simulator = files::simulator(&scene, options.sensor.as_deref())?;
     let image = simulator.image(Duration::ZERO);
     if image.celsius.len() != PIXELS {

@@ -7,6 +7,7 @@ mod dataset;
 mod emulate;
 mod groups;
 mod shared;
+mod show;
 
 use clap::builder::TypedValueParser as _;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
@@ -16,7 +17,6 @@ use grideye_scene::Model;
 use grideye_validator::background::Empty;
 use grideye_validator::calibrate::Half;
 use grideye_validator::metrics::Binning;
-use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -31,6 +31,7 @@ pub(crate) use dataset::{Dataset, Preset};
 pub(crate) use emulate::{Emulate, Scl, Via};
 pub(crate) use shared::SEED;
 use shared::{Choices, one_of, positive};
+pub(crate) use show::{Demo, View};
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
 ///
@@ -58,6 +59,7 @@ pub(crate) fn command() -> clap::Command {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Demo(Demo),
+    View(View),
     Simulate(Simulate),
     Dataset(Dataset),
     Fuse(Fuse),
@@ -80,55 +82,6 @@ pub(crate) enum Command {
     Mqtt(MqttCommand),
     Completions(Completions),
     Man(Man),
-}
-
-/// Show the whole loop on this computer, without hardware.
-///
-/// Runs an emulated sensor, agent, collector and live page; then records, compares and writes a report. The page opens
-/// with the sensor beside its scene.
-///
-/// Example: grideye demo --once --out out
-#[derive(Debug, Args)]
-pub(crate) struct Demo {
-    /// Exit with the verdict's code; do not keep serving.
-    ///
-    /// Without it, the page is served until Ctrl-C.
-    #[arg(long)]
-    pub(crate) once: bool,
-    /// Folder for store, recording, report.
-    #[arg(long, value_name = "DIR", default_value = "out")]
-    pub(crate) out: PathBuf,
-    /// Scene to show [default: the paper's experiment 1].
-    #[arg(long, value_name = "FILE", conflicts_with = "replay")]
-    pub(crate) scene: Option<PathBuf>,
-    /// Sensor of the scene [default: the only one].
-    #[arg(long, value_name = "NAME", conflicts_with = "replay")]
-    pub(crate) sensor: Option<String>,
-    /// Recording to replay instead of a scene.
-    ///
-    /// The frames pass through the emulated sensor's registers, and the report counts and compares each one.
-    #[arg(long, value_name = "RECORDING")]
-    pub(crate) replay: Option<PathBuf>,
-    /// Emulated seconds per real second.
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive)]
-    pub(crate) speed: f64,
-    /// Address of the live page.
-    ///
-    /// Port 0 picks a free one.
-    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:0")]
-    pub(crate) listen: SocketAddr,
-    /// Open the live page in a browser.
-    ///
-    /// Calls `xdg-open`, or `open` on macOS.
-    #[arg(long)]
-    pub(crate) open: bool,
-    /// Seed of the emulated sensor's noise.
-    ///
-    /// The comparison simulates with another seed.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(crate) seed: u64,
-    #[command(flatten)]
-    pub(crate) scenes: Scenes,
 }
 
 /// Compute the frames of a scene's sensor and draw the room.
@@ -251,7 +204,7 @@ pub(crate) struct Sides {
     /// Scene file (TOML).
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
-    /// Recording: this project's CSV or LINAIGE.
+    /// Recording of any format.
     #[arg(long, value_name = "FILE")]
     pub(crate) recording: PathBuf,
     /// Sensor of the scene [default: the only one].
@@ -409,7 +362,7 @@ second Leave the first half to be judged",
 /// Example: grideye characterize empty-room.csv --profile my-sensor.toml
 #[derive(Debug, Args)]
 pub(crate) struct Characterize {
-    /// Recording: this project's CSV or LINAIGE.
+    /// Recording of any format.
     pub(crate) recording: PathBuf,
     /// Profile to write, for emulate and compare.
     #[arg(long, value_name = "FILE.toml")]

@@ -5,7 +5,9 @@ use crate::exit::bad_input;
 use crate::files;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::join::Secret;
-use grideye_collector::{Accounts, is_hidden};
+use grideye_collector::Accounts;
+use grideye_recording::printable;
+use grideye_recording::wire::{Acknowledgement, Batch};
 use rustls::crypto::ring::default_provider;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -113,6 +115,11 @@ impl Client {
         self.post(&format!("/v1/recordings/{id}/stop"), &json!({}))
     }
 
+    /// Posts records as an agent does.
+    pub(crate) fn deliver(&self, batch: &Batch) -> Result<Acknowledgement> {
+        self.post("/v1/frames", &serde_json::to_value(batch)?)
+    }
+
     /// Keeps the collector from ending the recording as abandoned.
     pub(crate) fn renew_recording(&self, id: i64) -> Result<Value> {
         self.post(&format!("/v1/recordings/{id}/renew"), &json!({}))
@@ -197,7 +204,7 @@ impl Client {
         };
         let hint = hint.unwrap_or("is this the address of `grideye collect`?");
         Err(match error["message"].as_str() {
-            Some(message) => anyhow!("{}\nhint: {}", plain(message), plain(hint)),
+            Some(message) => anyhow!("{}\nhint: {}", printable(message), printable(hint)),
             None => anyhow!("{} answered {status}\nhint: {hint}", self.url(path)),
         })
     }
@@ -226,30 +233,5 @@ impl Client {
                 "no answer from the collector at {base}: {error}\nhint: start one with `grideye collect`, or name it with --collector"
             ),
         }
-    }
-}
-
-/// A text of another program with its hidden characters escaped, so that it neither steers a terminal nor looks like
-/// another text.
-pub(crate) fn plain(text: &str) -> String {
-    let mut plain = String::new();
-    for character in text.chars() {
-        match is_hidden(character) {
-            true => plain.extend(character.escape_default()),
-            false => plain.push(character),
-        }
-    }
-    plain
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_others_send_steers_no_terminal_and_turns_no_text() {
-        let sent = "pi-1 \u{1b}[2J\u{9b}31m\r\n\u{202e}txt.exe\u{2066} é 人";
-        let shown = r"pi-1 \u{1b}[2J\u{9b}31m\r\n\u{202e}txt.exe\u{2066} é 人";
-        assert_eq!(plain(sent), shown);
     }
 }

@@ -13,7 +13,7 @@ use std::path::Path;
 pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     check_is_page(options.report.as_deref())?;
     let sides = &options.sides;
-    let mut loaded = files::load_scene(Some(&sides.scene))?;
+    let mut loaded = files::load_scene(&sides.scene)?;
     let given = options.profile.iter().chain(&options.thresholds);
     let inputs = loaded.files.iter().chain([&sides.recording]).chain(given);
     let outputs = options.report.iter().chain(&options.junit);

@@ -20,7 +20,7 @@ pub(crate) fn run(options: &Coverage) -> Result<Outcome> {
         return Err(files::unknown_end(out, ".svg or .csv"));
     }
     check_own(options)?;
-    let loaded = files::load_scene(Some(&options.scene))?;
+    let loaded = files::load_scene(&options.scene)?;
     files::keep_apart(&loaded.files, options.out.iter().chain(&options.write))?;
     let scene = loaded.scene;
     let figure = figure(options, &scene)?;

@@ -123,8 +123,8 @@ fn frames(options: &Dataset) -> Result<Frames> {
 fn scene(options: &Dataset) -> Result<SceneText> {
     match (&options.scene, options.preset) {
         (Some(path), _) => SceneText::read(path).map_err(bad_input),
-        (None, Some(Preset::Falls)) => Ok(SceneText::built_in("falls", FALLS)),
-        (None, _) => Ok(SceneText::built_in("counting", COUNTING)),
+        (None, Some(Preset::Falls)) => Ok(SceneText::built_in("falls", FALLS, &[])),
+        (None, _) => Ok(SceneText::built_in("counting", COUNTING, &[])),
     }
 }
 

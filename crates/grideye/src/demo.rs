@@ -4,18 +4,18 @@
 //! real ones.
 
 use crate::cli::Demo;
-use crate::client::Client;
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
+use crate::stage::{Stage, open_in_browser};
 use crate::{collect, compare, files, progress, recordings};
 use amg8833_emulator::{Address, Bus};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
 use grideye_agent::config::Config as AgentConfig;
 use grideye_agent::log::{Level, Log};
-use grideye_collector::{Account, Collector, Config, StoreLocation, SystemClock};
+use grideye_collector::Account;
 use grideye_frame::{RecordedFrame, TICK};
-use grideye_inputs::{hashed, hashed_text};
+use grideye_inputs::{SceneText, hashed, hashed_text};
 use grideye_recording::{Record, Row};
 use grideye_rig::{
     AgentClock, PacedClock, Replayed, SharedBus, Source, replay_source, scene_source,
@@ -25,20 +25,17 @@ use grideye_validator::compare_scene;
 use grideye_validator::report::{self, Context, Input};
 use grideye_validator::thresholds::ThresholdSet;
 use indicatif::ProgressBar;
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::runtime::Runtime;
-use tokio::sync::watch;
-use tokio::task::JoinHandle;
 
 pub(crate) fn run(options: &Demo) -> Result<Outcome> {
     files::writable_folder(&options.out)?;
     let show = Show::prepare(options)?;
     keep_apart(options, &show)?;
-    let stage = Stage::open(options, show.scene().map(|shown| &shown.demonstration))?;
+    let demonstration = show.scene().map(|shown| &shown.demonstration);
+    let annexes = collect::annexes(&options.scenes, demonstration)?;
+    let stage = Stage::open(options.listen, options.out.join(STORE), annexes)?;
     progress::say(&format!("live page  {}", stage.page()));
     files::warned(show.scene().map_or(&[][..], |shown| &shown.warnings));
     if options.open {
@@ -108,7 +105,8 @@ fn judge_scene(
     recording: &Path,
     rows: &[Row],
 ) -> Result<Judged> {
-    let records: Vec<Record> = rows.iter().map(|row| row.record).collect();
+    let once = rows.iter().take(delivered.frames);
+    let records: Vec<Record> = once.map(|row| row.record).collect();
     let seed = options.seed.wrapping_add(1);
     let how = compare::how(seed);
     let Demonstration { scene, sensor, .. } = &shown.demonstration;
@@ -124,6 +122,7 @@ fn judge_scene(
         ]].concat(),
         experiment: shown.experiment,
         thresholds: ThresholdSet::shipped().lines,
+        room: grideye_inputs::room(scene, &comparison),
         ..compare::context()
     };
     let page = options.out.join(PAGE);
@@ -152,6 +151,13 @@ fn judge_scene(
     ))
 }
 
+/// The scene that is shown unless another is named, and the file beside it.
+const NAME: &str = "living-room";
+const SCENE: &str = include_str!("../../../scenes/living-room.toml");
+const WAYS: [(&str, &str); 1] = [(
+    "trajectories/living-room.csv",
+    include_str!("../../../scenes/trajectories/living-room.csv"),
+)];
 /// Frames recorded in a static scene: ten seconds.
 const STATIC_FRAMES: u64 = 100;
 const FRAMES_MAX: u64 = 6_000;
@@ -181,7 +187,11 @@ impl Show {
                 .filter_map(|record| record.reading.frame().copied());
             return Ok(Self::Replay(frames.collect()));
         }
-        let loaded = files::load_scene_quietly(None, options.scene.as_deref())?;
+        let loaded = match &options.scene {
+            Some(path) => grideye_inputs::scene(None, path),
+            None => SceneText::built_in(NAME, SCENE, &WAYS).parse(None),
+        };
+        let loaded = loaded.map_err(bad_input)?;
         let scene = loaded.scene;
         let sensor = files::sensor_name(&scene, options.sensor.as_deref())?;
         let files = loaded.files.iter();
@@ -191,11 +201,14 @@ impl Show {
         let mut inputs = inputs.map_err(bad_input)?;
         let origin = match &options.scene {
             Some(path) => path.display().to_string(),
-            None => "scenes/experiment-1.toml".to_owned(),
+            None => {
+                let beside = WAYS.map(|(name, text)| (format!("scenes/{name}"), text));
+                let own = (format!("scenes/{NAME}.toml"), SCENE);
+                let held = std::iter::once(own.clone()).chain(beside);
+                inputs.extend(held.map(|(name, text)| hashed_text(&name, text)));
+                own.0
+            }
         };
-        if options.scene.is_none() {
-            inputs.push(hashed_text(&origin, files::DEFAULT_SCENE));
-        }
         let experiment = scene.paper_experiment();
         let demonstration = Demonstration {
             name: files::stem(Path::new(&origin)),
@@ -224,9 +237,11 @@ impl Show {
     fn frames(&self) -> u64 {
         match self {
             Self::Scene(shown) if shown.demonstration.scene.is_static() => STATIC_FRAMES,
+            // Once through: its end is the beginning of the next round.
             Self::Scene(shown) => {
-                let ticks = shown.demonstration.scene.duration().as_nanos() / TICK.as_nanos();
-                u64::try_from(ticks + 1).map_or(FRAMES_MAX, |frames| frames.min(FRAMES_MAX))
+                let (scene, tick) = (&shown.demonstration.scene, TICK.as_nanos());
+                let ticks = u64::try_from(scene.duration().as_nanos().div_ceil(tick));
+                ticks.map_or(FRAMES_MAX, |frames| frames.min(FRAMES_MAX))
             }
             Self::Replay(frames) => u64::try_from(frames.len()).unwrap_or(u64::MAX),
         }
@@ -254,61 +269,17 @@ const STALL_MAX: Duration = Duration::from_secs(30);
 /// Longest wait for the last frames to be acknowledged.
 const FLUSH_MAX: Duration = Duration::from_secs(20);
 
-struct Stage {
-    runtime: Option<Runtime>,
-    address: SocketAddr,
-    client: Client,
-    interrupted: watch::Receiver<bool>,
-    shut_down: watch::Sender<bool>,
-    serving: Option<JoinHandle<Result<(), grideye_collector::CollectorError>>>,
-}
-
 /// A recording that is complete on the collector's disk.
 struct Delivered {
     id: i64,
     name: String,
     /// The boot of its frames.
     boot: String,
+    /// Those that were asked for; a few more may have come.
+    frames: usize,
 }
 
 impl Stage {
-    fn open(options: &Demo, demonstration: Option<&Demonstration>) -> Result<Self> {
-        let runtime =
-            grideye_collector::runtime().context("cannot start the collector's threads")?;
-        let store = StoreLocation::File(options.out.join(STORE));
-        let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
-        config.annexes = collect::annexes(&options.scenes, demonstration)?;
-        let collector = runtime.block_on(Collector::bind(config))?;
-        let address = collector.local_addr();
-        let (shut_down, mut is_shut_down) = watch::channel(false);
-        let serving = runtime.spawn(collector.serve(async move {
-            // A dropped sender also means shut down.
-            let _asked_or_dropped = is_shut_down.wait_for(|asked| *asked).await;
-        }));
-        let (interrupt, interrupted) = watch::channel(false);
-        let stop = {
-            let _within = runtime.enter();
-            collect::stop_signal().context("cannot catch Ctrl-C")?
-        };
-        runtime.spawn(async move {
-            stop.await;
-            interrupt.send_replace(true);
-        });
-        let client = Client::new(&format!("http://{address}"));
-        Ok(Self {
-            runtime: Some(runtime),
-            address,
-            client,
-            interrupted,
-            shut_down,
-            serving: Some(serving),
-        })
-    }
-
-    fn page(&self) -> String {
-        format!("http://{}/", self.address)
-    }
-
     /// Records the show; `None` after Ctrl-C. The agent keeps running unless it has nothing left to read.
     fn perform(
         &self,
@@ -340,7 +311,12 @@ impl Stage {
             Some(agent)
         };
         self.client.stop_recording(id)?;
-        let delivered = Delivered { id, name, boot };
+        let delivered = Delivered {
+            id,
+            name,
+            boot,
+            frames: usize::try_from(frames).unwrap_or(usize::MAX),
+        };
         Ok((is_complete.then_some(delivered), agent))
     }
 
@@ -348,14 +324,6 @@ impl Stage {
         let rows = self.client.audit()?.streams;
         let row = rows.into_iter().find(|row| row.boot == delivered.boot);
         row.ok_or_else(|| anyhow!("the collector has no frames of this boot"))
-    }
-
-    fn wait_for_interrupt(&self) {
-        let mut interrupted = self.interrupted.clone();
-        if let Some(runtime) = &self.runtime {
-            // A closed channel can bring no more signals.
-            let _ = runtime.block_on(interrupted.wait_for(|interrupted| *interrupted));
-        }
     }
 
     fn agent_config(&self) -> Result<AgentConfig> {
@@ -397,19 +365,6 @@ impl Stage {
     }
 }
 
-impl Drop for Stage {
-    fn drop(&mut self) {
-        self.shut_down.send_replace(true);
-        let (Some(runtime), Some(serving)) = (self.runtime.take(), self.serving.take()) else {
-            return;
-        };
-        if let Ok(Err(error)) = runtime.block_on(serving) {
-            progress::say(&format!("warning: {error}"));
-        }
-        runtime.shutdown_timeout(Duration::from_secs(1));
-    }
-}
-
 fn start_agent(start: Start, bus: &SharedBus, clock: Arc<PacedClock>) -> Result<AgentHandle> {
     let bus_config = start.config.buses.first().cloned();
     let bus_config = bus_config.context("the demonstration has one bus")?;
@@ -421,31 +376,6 @@ fn start_agent(start: Start, bus: &SharedBus, clock: Arc<PacedClock>) -> Result<
     let clock = Arc::new(AgentClock::new(clock));
     let buses = vec![(bus_config, AnyBus::new(bus.clone()))];
     Ok(Agent::start(start, buses, clock, log)?)
-}
-
-const OPENER: &str = if cfg!(target_os = "macos") {
-    "open"
-} else {
-    "xdg-open"
-};
-
-/// Some openers run as long as the browser does, so a thread waits for it.
-fn open_in_browser(page: &str) {
-    let mut opener = Command::new(OPENER);
-    opener.arg(page).stdin(Stdio::null()).stdout(Stdio::null());
-    match opener.stderr(Stdio::null()).spawn() {
-        Ok(mut opener) => {
-            std::thread::spawn(move || match opener.wait() {
-                Ok(status) if !status.success() => {
-                    progress::say(&format!("warning: {OPENER} opened no browser ({status})"));
-                }
-                _opened => {}
-            });
-        }
-        Err(error) => progress::say(&format!(
-            "warning: cannot run {OPENER}: {error}\nhint: open the address above in a browser"
-        )),
-    }
 }
 
 fn say_traffic(bus: &SharedBus, frames: u64) {

@@ -12,7 +12,7 @@ pub(crate) fn run(options: &Distinguish) -> Result<Outcome> {
     let scenes = options
         .scenes
         .iter()
-        .map(|path| Ok(files::load_scene(Some(path))?.scene))
+        .map(|path| Ok(files::load_scene(path)?.scene))
         .collect::<Result<Vec<Scene>>>()?;
     let names: Vec<String> = options
         .scenes

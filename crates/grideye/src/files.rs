@@ -3,7 +3,7 @@
 use crate::exit::{bad_input, is_bad_input};
 use crate::progress::say;
 use anyhow::{Context as _, Result, anyhow};
-use grideye_inputs::{LoadedScene, SceneText};
+use grideye_inputs::LoadedScene;
 use grideye_recording::whole::identity;
 pub(crate) use grideye_recording::whole::{Pending, rename};
 use grideye_scene::profile::Profile;
@@ -13,28 +13,16 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
-/// The demonstration's default scene: the paper's experiment 1.
-pub(crate) const DEFAULT_SCENE: &str = include_str!("../../../scenes/experiment-1.toml");
-
-/// The scene in `path`, or the built-in one; its warnings go to standard error.
-pub(crate) fn load_scene(path: Option<&Path>) -> Result<LoadedScene> {
+/// The scene in `path`; its warnings go to standard error.
+pub(crate) fn load_scene(path: &Path) -> Result<LoadedScene> {
     load_scene_as(None, path)
 }
 
 /// The same by the given model.
-pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result<LoadedScene> {
-    let loaded = load_scene_quietly(model, path)?;
+pub(crate) fn load_scene_as(model: Option<Model>, path: &Path) -> Result<LoadedScene> {
+    let loaded = grideye_inputs::scene(model, path).map_err(bad_input)?;
     warned(&loaded.warnings);
     Ok(loaded)
-}
-
-/// The same; the caller prints the warnings.
-pub(crate) fn load_scene_quietly(model: Option<Model>, path: Option<&Path>) -> Result<LoadedScene> {
-    let loaded = match path {
-        Some(path) => grideye_inputs::scene(model, path),
-        None => SceneText::built_in("experiment-1", DEFAULT_SCENE).parse(model),
-    };
-    loaded.map_err(bad_input)
 }
 
 pub(crate) fn warned(warnings: &[impl Display]) {

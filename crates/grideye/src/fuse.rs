@@ -9,7 +9,7 @@ use grideye_plan::fusion::{Comparison, SensorArray};
 use grideye_scene::Image;
 
 pub(crate) fn run(options: &Fuse) -> Result<Outcome> {
-    let loaded = files::load_scene(Some(&options.scene))?;
+    let loaded = files::load_scene(&options.scene)?;
     files::keep_apart(&loaded.files, options.out.iter().chain(&options.json))?;
     let scene = loaded.scene;
     let sensors = files::sensors(&scene, &options.sensors)?;

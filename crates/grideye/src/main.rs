@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! grideye demo                                   the whole loop, without hardware
+//! grideye view FILE                              any recording, played in a browser
 //! grideye collect            (PC)  ◀── HTTP ──   grideye-agent run            (Raspberry Pi)
 //! grideye enroll DEVICE                          the line to paste on the device: its agent joins this collector
 //! grideye record NAME                            name what arrives
@@ -41,6 +42,8 @@ mod progress;
 mod record;
 mod recordings;
 mod simulate;
+mod stage;
+mod view;
 
 use cli::{Cli, Command, MqttWhat};
 use std::process::ExitCode;
@@ -52,6 +55,7 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 fn main() -> ExitCode {
     let result = match Cli::of_the_program().command {
         Command::Demo(options) => demo::run(&options),
+        Command::View(options) => view::run(&options),
         Command::Simulate(options) => simulate::run(&options),
         Command::Fuse(options) => fuse::run(&options),
         Command::Dataset(options) => dataset::run(&options),

@@ -20,7 +20,7 @@ use std::time::Duration;
 const STATIC_FRAMES: u32 = 10;
 
 pub(crate) fn run(options: &Simulate) -> Result<Outcome> {
-    let loaded = files::load_scene_as(options.model, Some(&options.scene))?;
+    let loaded = files::load_scene_as(options.model, &options.scene)?;
     files::keep_apart(&loaded.files, options.out.iter().chain(&options.view))?;
     files::say_unseen(&loaded, options.sensor.as_deref());
     let scene = loaded.scene;

@@ -338,6 +338,13 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         Run("", &["A + B + C"]),
     ),
     (
+        "grideye view recording.csv --open",
+        By(
+            "tests/tests/page/demo.rs",
+            "any_recording_is_played_and_nothing_is_kept",
+        ),
+    ),
+    (
         "grideye demo --once --out out",
         By(
             PIPELINE,

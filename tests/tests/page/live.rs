@@ -17,6 +17,14 @@ fn frames_appear_as_colors_and_numbers() -> Outcome {
     }
     let (server, browser, _folder) = set_up()?;
     browser.wait_for_text("#empty", |text| text.contains("No frames yet"))?;
+    let copies =
+        "return [...document.querySelectorAll('#empty pre')].map((line) => line.textContent)";
+    let lines = [
+        "grideye enroll pi-1Copy",
+        "grideye demo --openCopy",
+        "grideye view FILE --openCopy",
+    ];
+    assert_eq!(browser.execute(copies)?, serde_json::json!(lines));
     // 20 °C, and 30 °C in pixel 11: row 2, column 3. The thermistor's 402 steps of 1/16 °C are 25.125 °C.
     server.post(&batch("i2c-1:0x69", 0, &[frame(&pixels(80, 10, 120), 402)]))?;
     wait_for_color(&browser, 10, HOTTEST)?;

@@ -61,7 +61,7 @@ pub(crate) struct Emulate {
     pub(crate) scene: Option<PathBuf>,
     /// Recording to replay.
     ///
-    /// This project's CSV or LINAIGE.
+    /// Any that `grideye convert` reads.
     #[arg(long, value_name = "FILE", group = "shown")]
     pub(crate) recording: Option<PathBuf>,
     /// Temperature of all pixels, -512 to 511.75 °C.

@@ -5,18 +5,18 @@ use clap::Command;
 /// Every command in a few words, in the two columns of `--help`.
 const LEFT: &str = "Start here:
   demo         Try it without hardware
+  view         Play any recording
 Capture:
   collect      Receive and show frames
   enroll       Let a device join
   record       Name and save frames
   orient       Find a sensor's mounting
-Simulate:
+Simulate, emulate:
   simulate     Compute a scene's frames
   dataset      Make labeled frames
   fuse         Merge several sensors
   distinguish  Tell situations apart
   coverage     Place sensors in a room
-Emulate:
   emulate      Test a driver or program";
 const RIGHT: &str = "Compare:
   compare      Recording against scene

@@ -61,7 +61,7 @@ fn shown(options: &Emulate) -> Result<Shown> {
         return Ok(Shown::Constant(celsius));
     }
     let path = options.scene.clone().unwrap_or_default();
-    let scene = files::load_scene(Some(&path))?.scene;
+    let scene = files::load_scene(&path)?.scene;
     Ok(Shown::Scene(Box::new(scene)))
 }
 

@@ -111,6 +111,66 @@ fn what_is_no_file_is_refused_at_once() {
 }
 
 #[test]
+fn what_others_named_controls_no_terminal() {
+    let fixture = Fixture::new();
+    let evil = "\u{1b}]0;owned\u{7}\u{1b}[2J\rx\ny\u{202e}\u{9b}31m";
+    let frames: String = (0..4)
+        .map(|row| format!("{row},a,{}\n", ["20.5"; 64].join(",")))
+        .collect();
+    let pixels: Vec<String> = (0..64).map(|pixel| format!("p{pixel}")).collect();
+    let named = evil.replace('\n', " ");
+    fixture.put(&format!("{evil}.toml"), "[room]\n");
+    fixture.put(&format!("{evil}.csv"), &frames);
+    fixture.put(
+        "columns.csv",
+        format!("t_s,{named},{}\n{frames}", pixels.join(",")),
+    );
+    let keys: Vec<String> = pixels
+        .iter()
+        .map(|name| format!("\"{name}\":20.5"))
+        .collect();
+    let key = serde_json::json!(evil);
+    let row = format!("{{\"t_s\":1,{key}:\"a\",{}}}", keys.join(","));
+    fixture.put("keys.json", format!("[{row},{row},{row}]"));
+    let scene = crate::ROOM.replace("\"ana\"", &key.to_string());
+    fixture.put(
+        "room.toml",
+        scene.replace("\\r", "\\u000d").replace("\\f", ""),
+    );
+    let in_files: &[&[&str]] = &[
+        &["simulate", &format!("{evil}.toml")],
+        &["simulate", &format!("{evil}.none")],
+        &["simulate", "room.toml"],
+        &["convert", &format!("{evil}.csv"), "x.csv"],
+        &["convert", "columns.csv", "x.csv"],
+        &["convert", "keys.json", "x.csv"],
+    ];
+    let in_arguments: &[&[&str]] = &[
+        &[
+            "convert",
+            "columns.csv",
+            "x.csv",
+            "--columns",
+            &format!("time={evil}"),
+        ],
+        &["convert", "recording.csv", &format!("{evil}/x.csv")],
+        &["simulate", "room.toml", evil],
+        &["simulate", "room.toml", &format!("--{evil}")],
+        &[evil],
+    ];
+    for command in in_files.iter().chain(in_arguments) {
+        let ended = fixture.run(command);
+        let told = ended.stderr.replace('\n', "");
+        let is_evil = |letter: &char| letter.is_control() || *letter == '\u{202e}';
+        assert_eq!(told.chars().find(is_evil), None, "{command:?}: {ended:?}");
+        let is_torn = in_files.contains(command) && ended.stderr.contains("\ny");
+        assert!(!is_torn, "{command:?}: {ended:?}");
+    }
+    let ended = fixture.run(&["convert", "keys.json", "x.csv"]);
+    assert!(ended.stderr.contains("\\u{1b}]0;owned\\u{7}"), "{ended:?}");
+}
+
+#[test]
 fn a_byte_that_is_no_text_is_told_with_its_line_and_column() {
     let fixture = Fixture::new();
     fixture.put("latin-1.toml", b"# a room\n# K\xc3\xbcche, K\xfcche\n");
