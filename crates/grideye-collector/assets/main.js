@@ -43,6 +43,16 @@ let view = "sensors";
 let large = null;
 let watched = null;
 
+// Browsers let a page copy only where it came from this computer or by TLS.
+for (const line of navigator.clipboard ? empty.querySelectorAll("pre") : []) {
+  const button = Object.assign(document.createElement("button"), { type: "button", textContent: "Copy" });
+  button.addEventListener("click", async () => {
+    await navigator.clipboard.writeText(line.firstElementChild.textContent);
+    say(button, "Copied");
+  });
+  line.append(button);
+}
+
 function take({ sensors: states }) {
   for (const state of states) {
     const key = `${state.device}/${state.sensor}`;
