@@ -75,6 +75,7 @@ fn as_claimed(decision: &Decision) -> String {
     let (who, them) = match people.as_slice() {
         [] => ("What is warm is".to_owned(), "it"),
         [one] => (format!("`{one}` is"), "them"),
+        [_, _] => ("Both people are".to_owned(), "them"),
         more => (format!("All {} people are", more.len()), "them"),
     };
     let place = if moves { "where and when" } else { "where" };
