@@ -60,7 +60,7 @@ def theirs(pair, given):
         "image_similarity": np.mean(np.abs(difference) < 5 / 3),
         "evaluation_graph": [np.mean(np.abs(difference) < k / 20) for k in range(101)],
         "rmse": root_mean_squared_error(x, y),
-        "bias": difference.mean(),
+        "bias": -difference.mean(),
     }
     for name, binning in (("grey", "grey256"), ("binned", given["binning"])):
         a, b = bins(x, binning), bins(y, binning)
