@@ -1,15 +1,19 @@
-"""A dataset as numpy, pandas, pyarrow, Polars and DuckDB read it, beside what `grideye simulate` makes of the same frames.
+"""A dataset as numpy, pandas, pyarrow, Polars, DuckDB and Hugging Face's datasets read it, beside what `grideye simulate` makes of the same frames.
 
 Arguments: the program, a folder to write into.
 """
 
+import contextlib
 import json
+import os
 import subprocess
 import sys
 import types
 import zipfile
 from pathlib import Path
 
+os.environ["HF_HUB_OFFLINE"] = "1"  # before the library is there, or it asks the Hub
+import datasets
 import duckdb
 import numpy
 import pandas
@@ -43,12 +47,33 @@ def columns_of(parts):
         "polars": {name: pola[name].to_list() for name in names},
         "duckdb": {name: [row[at] for row in duck] for at, name in enumerate(names)},
         "pandas": {
-            name: [None if numpy.ndim(value) == 0 and pandas.isna(value) else numpy.ndarray.tolist(value) if isinstance(value, numpy.ndarray) else value for value in frame[name]]
+            name: [None if numpy.ndim(value) == 0 and pandas.isna(value) else plainly(value) for value in frame[name]]
             for name in names
         },
     }
     assert list(pola.columns) == names and list(frame.columns) == names
     return names, plain
+
+
+def plainly(value):
+    """Lists for arrays, and for arrays of arrays."""
+    return [plainly(one) for one in value] if isinstance(value, numpy.ndarray) else value
+
+
+def check_hub(out, splits):
+    """The folder by `datasets.load_dataset`, which the data card's heading tells splits, columns and shapes."""
+    found = datasets.load_dataset(str(out), cache_dir=str(folder / "hub"))
+    assert {name: len(split) for name, split in found.items()} == splits, found
+    archives = {name: [numpy.load(part) for part in sorted(out.glob(f"{'part' if len(splits) == 1 else name}-*.npz"))] for name in splits}
+    for name, split in found.items():
+        rows = split.with_format("numpy")[:]
+        for column in ["frame", "clip", "people", "celsius", "truth_c"]:
+            assert same(rows[column], numpy.concatenate([archive[column] for archive in archives[name]])), (name, column)
+        assert rows["celsius"].shape[1:] == (8, 8) and rows["celsius"].dtype == "float32"
+        agent = next(column for column in split.column_names if column.endswith(".mask"))
+        assert rows[agent].shape[1:] == (8, 8)
+    clips = [set(split["clip"]) for split in found.values()]
+    assert sum(map(len, clips)) == len(set.union(*clips)), "a clip is in two splits"
 
 
 def same(one, other):
@@ -77,7 +102,7 @@ def check_readers(out, agents, varied, texts):
         for name, kind in kinds.items():
             assert same(numpy.array(columns[name], kind), arrays[name]), (reader, name)
         for name in ["celsius", "truth_c"]:
-            assert same(numpy.array(columns[name], "f4"), arrays[name].reshape(FRAMES, -1)), (reader, name)
+            assert same(numpy.array(columns[name], "f4"), arrays[name]), (reader, name)
         for at, agent in enumerate(agents):
             label = lambda what: columns[f"agent.{agent}.{what}"]
             assert same(numpy.array(label("present"), bool), arrays["present"][:, at]), reader
@@ -93,7 +118,7 @@ def check_readers(out, agents, varied, texts):
                 assert same(label(name), arrays["box_px"][:, at, edge]), (reader, name)
             for name in ["posture", "doing"]:
                 assert [word or "" for word in label(name)] == list(arrays[name][:, at]), (reader, name)
-            assert same(numpy.array(label("mask"), "f4"), arrays["mask"][:, at].reshape(FRAMES, -1)), reader
+            assert same(numpy.array(label("mask"), "f4"), arrays["mask"][:, at]), reader
         for at, name in enumerate(varied):
             assert same(columns[f"vary.{name}"], arrays["vary"][:, at]), (reader, name)
         for at, name in enumerate(texts):
@@ -136,9 +161,12 @@ def loaders():
     torch = types.SimpleNamespace(utils=types.SimpleNamespace(data=types.SimpleNamespace(Dataset=base)), from_numpy=lambda array: array)
     keras = types.SimpleNamespace(utils=types.SimpleNamespace(PyDataset=base))
     sys.modules.update(torch=torch, keras=keras)
-    for block in text.split("```python\n")[1:]:
+    blocks = [block.split("```")[0] for block in text.split("```python\n")[1:]]
+    for block in blocks:
+        if "datasets" in block:
+            continue
         names = {}
-        exec(block.split("```")[0], names)
+        exec(block, names)
         yield next(names[name] for name in ["Frames", "Batches"] if name in names)
 
 
@@ -179,6 +207,16 @@ assert numpy.array_equal(numpy.concatenate([pair[0] for pair in pairs])[..., 0],
 assert numpy.array_equal(numpy.concatenate([pair[1] for pair in pairs]), arrays["people"])
 check_labels(arrays)
 
+del sys.modules["torch"], sys.modules["keras"]  # which it would take for the real ones
+
+# As Hugging Face's library loads the folder: without and with splits, in clips and of both built-in scenes.
+check_hub(plain, {"train": FRAMES})
+for preset, clip in [("counting", 1), ("falls", 10)]:
+    divided = folder / preset
+    options = ["--frames", "200", "--clip", str(clip), "--frames-per-part", "50", "--split", "train=0.7,validation=0.15,test=0.15"]
+    grideye("dataset", "--preset", preset, *options, "--out", divided)
+    check_hub(divided, {"train": 140, "validation": 30, "test": 30})
+
 # With values that vary, the labels are what is seen: outside the masks nothing is warmer than the room.
 people = dataset(
     "people",
@@ -188,6 +226,11 @@ people = dataset(
 varied = ["room.ambient_c"] + [f"agent.{agent}.present" for agent in agents]
 arrays = check_readers(people, agents, varied, ["law"])
 check_labels(arrays)
+(hub,) = [block.split("```")[0] for block in Path("crates/grideye/DATASET.md").read_text().split("```python\n")[1:] if block.startswith("import datasets")]
+documented = {}
+with contextlib.chdir(folder):
+    exec(hub, documented)
+assert same(documented["people"]["train"][:32]["celsius"], arrays["celsius"][:32])
 ambient = arrays["vary"][:, 0][:, None, None]
 assert numpy.array_equal(arrays["vary"][:, 1:] == 1, arrays["present"])
 assert set(arrays["vary_text"][:, 0]) == {"A", "B"}

@@ -1,8 +1,8 @@
 //! Labeled frames per second of CPU time on this machine, without writing them.
 
 use grideye_dataset::{
-    Cause, CountsFrom, Folder, Frames, Manifest, Output, Part, Remembered, Shard, Subject, Table,
-    make,
+    Cause, CountsFrom, Folder, Frames, Manifest, Output, Part, Remembered, Shard, Splits, Subject,
+    Table, make,
 };
 use grideye_scene::Scene;
 use grideye_variation::Recipe;
@@ -112,6 +112,7 @@ fn taken_s(frames: &Frames) -> Result<f64, Box<dyn Error>> {
         "bench",
         FRAMES.into(),
         None,
+        &Splits::default(),
         [Table::Npz].into_iter(),
     )?;
     let path = std::env::temp_dir().join(format!("grideye-bench-{}", std::process::id()));
@@ -138,6 +139,10 @@ struct Nothing;
 impl Output for Nothing {
     fn write(&self, _: &Part, _: Table, _: &str, _: &File) -> Result<(), Cause> {
         Ok(())
+    }
+
+    fn features(&self, _: &Part) -> Vec<String> {
+        Vec::new()
     }
 
     fn rename(&self, partial: &Path, path: &Path) -> io::Result<()> {

@@ -1,13 +1,18 @@
 //! The data card: what the dataset shows, how many frames of each class it has, how it was made, and how to cite it.
 
 use crate::counts::Counts;
-use crate::manifest::Manifest;
+use crate::manifest::{Manifest, PART};
+use crate::shard::Table;
 use std::fmt::Write as _;
 
 impl Manifest {
-    /// The card as Markdown; the same for all processes that made the dataset.
-    pub(crate) fn card(&self, counts: &Counts) -> String {
-        let mut card = format!(
+    /// The card as Markdown, headed by the YAML that makes `datasets.load_dataset` read the folder; the same for all processes
+    /// that made the dataset.
+    pub(crate) fn card(&self, counts: &Counts, features: &[String]) -> String {
+        let mut card = self.heading(features);
+        // Writing to a string cannot fail.
+        let _ = write!(
+            card,
             "# {}: simulated frames of an infrared sensor\n\n",
             self.scene
         );
@@ -16,7 +21,6 @@ impl Manifest {
             clip => format!(" in clips of {clip}",),
         };
         let (frames, columns, rows) = (self.frames, self.columns, self.rows);
-        // Writing to a string cannot fail.
         let _ = write!(
             card,
             "{frames} labeled frames{clips}: {columns} x {rows} pixels of the sensor `{}`. No frame was measured. `dataset.json` has the whole description; crates/grideye/DATASET.md of grideye-hil says what the columns mean.\n\n## What varies\n\n",
@@ -72,6 +76,23 @@ impl Manifest {
         card
     }
 
+    /// Splits and their files, and the columns with their shapes; nothing of a dataset without Parquet.
+    fn heading(&self, features: &[String]) -> String {
+        if !self.tables().any(|table| table == Table::Parquet) {
+            return String::new();
+        }
+        let mut heading = "---\nconfigs:\n- config_name: default\n  data_files:\n".to_owned();
+        for (name, _) in self.splits() {
+            let split = if name == PART { "train" } else { name };
+            let _ = write!(heading, "  - split: {split}\n    path: {name}-*.parquet\n");
+        }
+        heading.push_str("dataset_info:\n  features:\n");
+        for feature in features {
+            let _ = writeln!(heading, "  - {feature}");
+        }
+        heading + "---\n\n"
+    }
+
     /// A command that makes the same dataset.
     fn command(&self) -> String {
         let mut words = vec!["grideye".to_owned(), "dataset".to_owned()];
@@ -92,6 +113,11 @@ impl Manifest {
         }
         option("--format", &self.formats.join(","));
         option("--frames-per-part", &self.frames_per_part.to_string());
+        if !self.splits.is_empty() {
+            let splits = self.splits.iter();
+            let splits = splits.map(|(name, frames)| format!("{name}={}", frames / self.clip));
+            option("--split", &splits.collect::<Vec<_>>().join(","));
+        }
         for asked in &self.vary {
             option("--vary", asked);
         }

@@ -70,6 +70,16 @@ pub enum DatasetError {
         /// The limit on parts.
         limit: u64,
     },
+    /// A split that would be empty.
+    #[error(
+        "the split `{name}` gets none of {clips} clips\nhint: ask for more frames, or give it a larger share"
+    )]
+    Split {
+        /// Its name.
+        name: String,
+        /// Clips in the dataset.
+        clips: u64,
+    },
     /// A clip that would be cut.
     #[error(
         "--{what} {number} does not hold whole clips of {clip} frames\nhint: write a multiple of {clip}, such as --{what} {}",

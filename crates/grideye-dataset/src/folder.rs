@@ -5,6 +5,7 @@
 
 use crate::counts::Counts;
 use crate::error::{Cause, DatasetError};
+use crate::frames::Frames;
 use crate::manifest::Manifest;
 use crate::part::Part;
 use crate::shard::Table;
@@ -15,7 +16,8 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 const MANIFEST: &str = "dataset.json";
-const CARD: &str = "DATACARD.md";
+/// The name that the Hugging Face Hub and its library `datasets` look for.
+const CARD: &str = "README.md";
 const MANIFEST_BYTES_MAX: u64 = 4 << 20;
 /// Limit on the bytes read from one end of a part to find the fingerprint.
 const LOOK_BYTES_MAX: u64 = 32 << 20;
@@ -27,6 +29,9 @@ pub trait Output: Sync {
     /// # Errors
     /// Any reason the file cannot be written.
     fn write(&self, part: &Part, table: Table, about: &str, file: &File) -> Result<(), Cause>;
+
+    /// The columns of Parquet files of parts like this one, a line of YAML each for the heading of the data card.
+    fn features(&self, part: &Part) -> Vec<String>;
 
     /// Renames a synced file, so that the new name survives a power cut.
     ///
@@ -89,7 +94,7 @@ impl<'a> Folder<'a> {
     ///
     /// # Errors
     /// If a file belongs to something else or cannot be read or written.
-    pub fn put_card(&self, manifest: &Manifest) -> Result<bool, DatasetError> {
+    pub fn put_card(&self, frames: &Frames, manifest: &Manifest) -> Result<bool, DatasetError> {
         let mut all = Counts::default();
         for part in 0..manifest.parts() {
             match self.counts(manifest, part)? {
@@ -99,14 +104,15 @@ impl<'a> Folder<'a> {
         }
         let path = self.path.join(CARD);
         if !path.exists() {
-            self.put_text(&path, &manifest.card(&all))?;
+            let features = self.output.features(&Part::new(frames, manifest, 0));
+            self.put_text(&path, &manifest.card(&all, &features))?;
         }
         Ok(true)
     }
 
     /// What a part's frames show; `None` if it is not there.
     fn counts(&self, manifest: &Manifest, part: u64) -> Result<Option<Counts>, DatasetError> {
-        let path = self.counts_file(part);
+        let path = self.file(manifest, part, "json");
         let text = match fs::read(&path) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -117,30 +123,27 @@ impl<'a> Folder<'a> {
         counts.map(Some).ok_or(DatasetError::Foreign(path))
     }
 
-    fn counts_file(&self, part: u64) -> PathBuf {
-        self.path.join(format!("part-{part:06}.json"))
-    }
-
     pub(crate) fn put(&self, manifest: &Manifest, part: &Part) -> Result<(), DatasetError> {
         for table in manifest.tables() {
             if !self.has_file(manifest, part.number, table)? {
-                let path = self.file(part.number, table);
+                let path = self.file(manifest, part.number, table.name());
                 self.put_file(manifest, part, table, &path)?;
             }
         }
         if self.counts(manifest, part.number)?.is_none() {
             let counts = serde_json::to_string(&Counts::of(part, manifest)).unwrap_or_default();
-            self.put_text(&self.counts_file(part.number), &format!("{counts}\n"))?;
+            let path = self.file(manifest, part.number, "json");
+            self.put_text(&path, &format!("{counts}\n"))?;
         }
         Ok(())
     }
 
-    fn file(&self, part: u64, table: Table) -> PathBuf {
-        self.path.join(format!("part-{part:06}.{}", table.name()))
+    fn file(&self, manifest: &Manifest, part: u64, end: &str) -> PathBuf {
+        self.path.join(format!("{}.{end}", manifest.stem(part)))
     }
 
     fn has_file(&self, manifest: &Manifest, part: u64, table: Table) -> Result<bool, DatasetError> {
-        let path = self.file(part, table);
+        let path = self.file(manifest, part, table.name());
         let file = match File::open(&path) {
             Ok(file) => file,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),

@@ -215,9 +215,39 @@ pub(crate) struct Maker<'a> {
     kept: VecDeque<(String, Rc<Set>)>,
 }
 
-struct Set {
-    scene: Scene,
-    simulator: Simulator,
+pub(crate) struct Set {
+    pub(crate) scene: Scene,
+    pub(crate) simulator: Simulator,
+}
+
+impl Set {
+    /// A frame with its labels, in the order of `agents`.
+    pub(crate) fn labeled(
+        &self,
+        agents: &[String],
+        (index, time, noise_seed): (u64, Duration, u64),
+        counts_from: CountsFrom,
+    ) -> Labeled {
+        let Self { scene, simulator } = self;
+        let (image, noisy, filled) = simulator.labeled(time, noise_seed);
+        let images = (&image, &simulator.without_agents(time));
+        let labels = labels(scene.agents(), time, filled, images, counts_from);
+        let mut labels = scene.agents().iter().zip(labels).peekable();
+        let labels = agents.iter().map(|name| {
+            // Absent agents are missing in the scene, which has the others in the same order.
+            labels.next_if(|(agent, _)| agent.name == *name)?.1
+        });
+        Labeled {
+            index,
+            clip: 0,
+            time,
+            noise_seed,
+            agents: labels.collect(),
+            truth_c: image.celsius,
+            celsius: noisy.celsius,
+            varied: Vec::new(),
+        }
+    }
 }
 
 /// Consecutive frames of one draw.
@@ -257,27 +287,13 @@ impl Maker<'_> {
             Some(found) => found,
             None => self.clip_of(index / clip, again << AGAIN_BITS)?,
         };
-        let Set { scene, simulator } = found.set.as_ref();
         let within = usize::try_from(index % clip).unwrap_or(usize::MAX);
         let time = found.times.get(within).copied().unwrap_or_default();
-        let noise_seed = found.draw.noise_seed;
-        let (image, noisy, filled) = simulator.labeled(time, noise_seed);
-        let images = (&image, &simulator.without_agents(time));
-        let labels = labels(scene.agents(), time, filled, images, counts_from);
-        let mut labels = scene.agents().iter().zip(labels).peekable();
-        let labels = frames.agents().iter().map(|name| {
-            // Absent agents are missing in the scene, which has the others in the same order.
-            labels.next_if(|(agent, _)| agent.name == *name)?.1
-        });
+        let moment = (index, time, found.draw.noise_seed);
         let labeled = Labeled {
-            index,
             clip: found.number,
-            time,
-            noise_seed,
-            agents: labels.collect(),
-            truth_c: image.celsius,
-            celsius: noisy.celsius,
             varied: found.draw.values.clone(),
+            ..found.set.labeled(frames.agents(), moment, counts_from)
         };
         self.clip = Some(found);
         Ok(labeled)

@@ -10,6 +10,7 @@ mod manifest;
 mod part;
 mod preview;
 mod shard;
+mod splits;
 mod work;
 
 pub use counts::Counts;
@@ -21,4 +22,5 @@ pub use manifest::Manifest;
 pub use part::{AgentLabels, Part, Scalars, VariedColumn};
 pub use preview::{Seen, preview};
 pub use shard::{Shard, Table};
+pub use splits::Splits;
 pub use work::make;

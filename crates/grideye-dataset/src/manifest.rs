@@ -3,6 +3,7 @@
 use crate::error::DatasetError;
 use crate::frames::Frames;
 use crate::shard::{Shard, Table};
+use crate::splits::Splits;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest as _, Sha256};
@@ -15,7 +16,10 @@ const PARTS_MAX: u64 = 1_000_000;
 const FRAMES_PER_PART: u64 = 1_000;
 /// Approximate memory of a part's frames, unless `frames_per_part` is given.
 const PART_BYTES: u64 = 64 << 20;
-const LAYOUT: u32 = 2;
+/// 3: images in Parquet are lists of rows, and a dataset has splits.
+const LAYOUT: u32 = 3;
+/// How the files of a dataset without splits begin.
+pub(crate) const PART: &str = "part";
 
 /// The content of `dataset.json`: equal manifests mean equal bytes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -53,6 +57,9 @@ pub struct Manifest {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) in_view: Vec<f64>,
     pub(crate) frames_per_part: u64,
+    /// Names and frames of the splits, in order; empty if all frames are for training.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) splits: Vec<(String, u64)>,
     pub(crate) formats: Vec<String>,
     /// SHA-256 of all of the above.
     #[serde(default)]
@@ -61,15 +68,16 @@ pub struct Manifest {
 
 impl Manifest {
     /// The manifest of a dataset with `frames` frames made by `program`; by default `frames_per_part` is chosen to fit
-    /// memory.
+    /// memory. Each split has its share of the clips, and parts of its own.
     ///
     /// # Errors
-    /// [`DatasetError::Parts`], [`DatasetError::Clips`].
+    /// [`DatasetError::Parts`], [`DatasetError::Clips`], [`DatasetError::Split`].
     pub fn new(
         subject: &Frames,
         program: &str,
         frames: u64,
         frames_per_part: Option<u64>,
+        splits: &Splits,
         tables: impl Iterator<Item = Table>,
     ) -> Result<Self, DatasetError> {
         let bytes = subject.bytes_of_frame();
@@ -113,6 +121,7 @@ impl Manifest {
             count_contrast_c: of.counts_from.contrast_c,
             in_view: of.in_view.clone(),
             frames_per_part: frames_per_part.unwrap_or(fitting),
+            splits: splits.frames(frames, clip)?,
             formats,
             fingerprint: String::new(),
         };
@@ -148,8 +157,43 @@ impl Manifest {
 
     /// The number of parts.
     #[must_use]
-    pub const fn parts(&self) -> u64 {
-        self.frames.div_ceil(self.frames_per_part)
+    pub fn parts(&self) -> u64 {
+        self.splits().map(|(_, frames)| self.parts_in(frames)).sum()
+    }
+
+    const fn parts_in(&self, frames: u64) -> u64 {
+        frames.div_ceil(self.frames_per_part)
+    }
+
+    /// Name and frames of each split; without any, of the one that all frames are in.
+    pub(crate) fn splits(&self) -> impl Iterator<Item = (&str, u64)> {
+        let splits = self.splits.iter();
+        let splits = splits.map(|(name, frames)| (name.as_str(), *frames));
+        let whole = (PART, self.frames);
+        splits.chain(self.splits.is_empty().then_some(whole))
+    }
+
+    /// The split that has a part, and the part's frames.
+    fn placed(&self, part: u64) -> (&str, Range<u64>) {
+        let (mut before, mut first) = (0, 0);
+        let mut last = (PART, self.frames..self.frames);
+        for (name, frames) in self.splits() {
+            let begin = first + (part - before) * self.frames_per_part;
+            last = (
+                name,
+                begin..(begin + self.frames_per_part).min(first + frames),
+            );
+            if part - before < self.parts_in(frames) {
+                break;
+            }
+            (before, first) = (before + self.parts_in(frames), first + frames);
+        }
+        last
+    }
+
+    /// A part's file name without its end, as in `part-000003`; of a dataset with splits, `train-000003`.
+    pub(crate) fn stem(&self, part: u64) -> String {
+        format!("{}-{part:06}", self.placed(part).0)
     }
 
     /// The parts of a shard, in order.
@@ -160,8 +204,7 @@ impl Manifest {
     /// The frames of a part.
     #[must_use]
     pub fn frames_of(&self, part: u64) -> Range<u64> {
-        let first = part * self.frames_per_part;
-        first..(first + self.frames_per_part).min(self.frames)
+        self.placed(part).1
     }
 
     /// The number of frames in a part.

@@ -1,8 +1,11 @@
 //! The frames of one part as arrays.
 
-use crate::frames::{Frames, Labeled};
+use crate::error::DatasetError;
+use crate::frames::{Frames, Labeled, Set};
+use crate::labels::CountsFrom;
 use crate::manifest::Manifest;
 use grideye_scene::count::single;
+use grideye_scene::{Scene, Simulator};
 use grideye_variation::Value;
 
 /// The labeled frames of a part.
@@ -81,10 +84,6 @@ pub enum Scalars {
 
 impl Part {
     pub(crate) fn new(frames: &Frames, manifest: &Manifest, number: u64) -> Self {
-        let agents = frames
-            .agents()
-            .iter()
-            .map(|name| AgentLabels::new(name.clone()));
         let varied = frames
             .subject
             .recipe
@@ -98,9 +97,45 @@ impl Part {
                     Scalars::Texts(Vec::new())
                 },
             });
+        let size = (manifest.columns, manifest.rows);
         Self {
             number,
-            size: (manifest.columns, manifest.rows),
+            ..Self::of(size, frames.agents(), varied.collect())
+        }
+    }
+
+    /// The first frames of a scene that does not vary, as `grideye simulate` makes them with this seed; fewer if `goes_on`
+    /// says so.
+    ///
+    /// # Errors
+    /// [`DatasetError::Scene`] if the scene has no such sensor.
+    pub fn of_scene(
+        scene: &Scene,
+        sensor: &str,
+        (frames, seed): (u32, u64),
+        goes_on: &dyn Fn() -> bool,
+    ) -> Result<Self, DatasetError> {
+        let set = Set {
+            scene: scene.clone(),
+            simulator: Simulator::new(scene, sensor)?,
+        };
+        let sensor = set.simulator.sensor();
+        let agents = scene.agents().iter().map(|agent| agent.name.clone());
+        let agents: Vec<String> = agents.collect();
+        let mut part = Self::of((sensor.columns, sensor.rows), &agents, Vec::new());
+        for index in (0..frames).take_while(|_| goes_on()) {
+            let moment = (index.into(), sensor.frame_time(index), seed);
+            part.add(&set.labeled(&agents, moment, CountsFrom::default()));
+        }
+        Ok(part)
+    }
+
+    /// No frames yet.
+    fn of(size: (usize, usize), agents: &[String], varied: Vec<VariedColumn>) -> Self {
+        let agents = agents.iter().map(|name| AgentLabels::new(name.clone()));
+        Self {
+            number: 0,
+            size,
             frame: Vec::new(),
             clip: Vec::new(),
             time_s: Vec::new(),
@@ -109,7 +144,7 @@ impl Part {
             truth_c: Vec::new(),
             people: Vec::new(),
             agents: agents.collect(),
-            varied: varied.collect(),
+            varied,
         }
     }
 

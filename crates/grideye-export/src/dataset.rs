@@ -120,10 +120,21 @@ pub fn write(
     }
 }
 
+/// The columns of the Parquet files of parts like this one, as the YAML heading of a data set on the Hugging Face Hub lists
+/// them: a line of JSON each, which is YAML too.
+#[must_use]
+pub fn features(part: &Part) -> Vec<String> {
+    let columns = columns(part).into_iter();
+    let features = columns.map(|column| {
+        serde_json::json!({"name": column.name(), "dtype": column.feature()}).to_string()
+    });
+    features.collect()
+}
+
 /// One row per frame.
 fn columns(part: &Part) -> Vec<Column> {
     let image = |values: &[f32]| Values::Singles {
-        per_row: part.size.0 * part.size.1,
+        axes: vec![part.size.1, part.size.0],
         values: values.to_vec(),
     };
     // What each frame has one of has one column, and so has what each agent has.

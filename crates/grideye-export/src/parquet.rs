@@ -9,7 +9,7 @@
 //! | [`Values::Flag`] | `BOOLEAN` |
 //! | [`Values::Text`] | `BYTE_ARRAY (STRING)` |
 //! | [`Values::MaybeText`] | `BYTE_ARRAY (STRING)`, null without a value |
-//! | [`Values::Singles`] | `LIST` of `FLOAT`, of one length in all rows |
+//! | [`Values::Singles`] | `LIST` of `FLOAT`, or `LIST` of such for each further axis, of one shape in all rows |
 
 use crate::error::ExportError;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
@@ -37,9 +37,9 @@ pub(crate) enum Values {
     Flag(Vec<bool>),
     Text(Vec<String>),
     MaybeText(Vec<Option<String>>),
-    /// `per_row` values for each row, row by row.
+    /// An array of this shape for each row, in C order.
     Singles {
-        per_row: usize,
+        axes: Vec<usize>,
         values: Vec<f32>,
     },
 }
@@ -106,6 +106,23 @@ impl Column {
         &self.name
     }
 
+    /// Its type as the library `datasets` of Hugging Face names it.
+    pub(crate) fn feature(&self) -> serde_json::Value {
+        match &self.values {
+            Values::Unsigned(_) => "uint64".into(),
+            Values::Signed(_) => "int64".into(),
+            Values::Double(_) => "float64".into(),
+            Values::Flag(_) => "bool".into(),
+            Values::Text(_) | Values::MaybeText(_) => "string".into(),
+            Values::Singles { axes, .. } => {
+                let array = serde_json::json!({"shape": axes, "dtype": "float32"});
+                let mut feature = serde_json::Map::new();
+                feature.insert(format!("array{}_d", axes.len()), array);
+                feature.into()
+            }
+        }
+    }
+
     /// Whether few values repeat, so that a dictionary would only cost space. Masks are mostly 0, so they repeat.
     fn is_ever_new(&self) -> bool {
         match &self.values {
@@ -118,12 +135,12 @@ impl Column {
     }
 
     fn path(&self) -> ColumnPath {
-        match &self.values {
-            Values::Singles { .. } => {
-                ColumnPath::new(vec![self.name.clone(), "list".into(), "element".into()])
-            }
-            _ => ColumnPath::new(vec![self.name.clone()]),
+        let mut path = vec![self.name.clone()];
+        if let Values::Singles { axes, .. } = &self.values {
+            let levels = axes.iter().flat_map(|_| ["list".into(), "element".into()]);
+            path.extend(levels);
         }
+        ColumnPath::new(path)
     }
 }
 
@@ -138,7 +155,7 @@ fn field(column: &Column) -> Result<Arc<Type>, ExportError> {
         Values::Flag(_) => (Physical::BOOLEAN, required, None),
         Values::Text(_) => (Physical::BYTE_ARRAY, required, Some(LogicalType::String)),
         Values::MaybeText(_) => (Physical::BYTE_ARRAY, optional, Some(LogicalType::String)),
-        Values::Singles { .. } => return list(name),
+        Values::Singles { axes, .. } => return lists(name, axes.len()),
     };
     let field = Type::primitive_type_builder(name, physical)
         .with_repetition(repetition)
@@ -146,14 +163,19 @@ fn field(column: &Column) -> Result<Arc<Type>, ExportError> {
     Ok(Arc::new(field.build()?))
 }
 
-/// Three levels, as LogicalTypes.md specifies lists.
-fn list(name: &str) -> Result<Arc<Type>, ExportError> {
-    let element = Type::primitive_type_builder("element", Physical::FLOAT)
-        .with_repetition(Repetition::REQUIRED)
-        .build()?;
+/// Numbers in lists in lists, each with three levels, as LogicalTypes.md specifies.
+fn lists(name: &str, depth: usize) -> Result<Arc<Type>, ExportError> {
+    let element = match depth {
+        0 | 1 => Arc::new(
+            Type::primitive_type_builder("element", Physical::FLOAT)
+                .with_repetition(Repetition::REQUIRED)
+                .build()?,
+        ),
+        _ => lists("element", depth - 1)?,
+    };
     let repeated = Type::group_type_builder("list")
         .with_repetition(Repetition::REPEATED)
-        .with_fields(vec![Arc::new(element)])
+        .with_fields(vec![element])
         .build()?;
     let list = Type::group_type_builder(name)
         .with_repetition(Repetition::REQUIRED)
@@ -190,10 +212,15 @@ impl Values {
                     values.iter().map(|text| text.as_str().into()).collect();
                 batch::<ByteArrayType>(column, &bytes, None, None)
             }
-            Self::Singles { per_row, values } => {
-                let there = vec![1; values.len()];
-                let is_later = (0..values.len()).map(|index| index % per_row != 0);
-                let begins: Vec<i16> = is_later.map(i16::from).collect();
+            Self::Singles { axes, values } => {
+                let sizes = (0..axes.len()).map(|axis| axes[axis..].iter().product());
+                let sizes: Vec<usize> = sizes.collect();
+                // How many lists around a value go on; those within them begin there.
+                let begin = |index: usize| sizes.iter().filter(|size| index % **size != 0).count();
+                let level = |count: usize| i16::try_from(count).unwrap_or(i16::MAX);
+                let there = vec![level(axes.len()); values.len()];
+                let begins = (0..values.len()).map(|index| level(begin(index)));
+                let begins: Vec<i16> = begins.collect();
                 batch::<FloatType>(column, values, Some(&there), Some(&begins))
             }
         }

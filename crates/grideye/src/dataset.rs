@@ -34,6 +34,7 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
         concat!("grideye ", env!("CARGO_PKG_VERSION")),
         options.frames,
         options.frames_per_part,
+        &options.splits.clone().unwrap_or_default(),
         options.formats.iter().copied(),
     )
     .map_err(told)?;
@@ -62,7 +63,7 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
         .map_or_else(progress::cores, NonZeroUsize::get);
     make((&frames, &manifest), &folder, missing, threads, &tick).map_err(told)?;
     bar.finish_and_clear();
-    folder.put_card(&manifest).map_err(told)?;
+    folder.put_card(&frames, &manifest).map_err(told)?;
     report(options, (&manifest, out), [made, there, count])?;
     if made > 0 && !options.json {
         outln!("people in view: {}", disk.in_view())?;
@@ -182,6 +183,10 @@ impl Output for Disk {
         Ok(files::fill(file, |out| {
             Ok(table::write(part, kind, about, out)?)
         })?)
+    }
+
+    fn features(&self, part: &Part) -> Vec<String> {
+        table::features(part)
     }
 
     fn rename(&self, partial: &Path, path: &Path) -> io::Result<()> {

@@ -79,8 +79,8 @@ fn columns(rows: &[Row], (pixels, per_pixel): (usize, bool), labels: &[String]) 
             .iter()
             .flat_map(|row| (0..pixels).map(move |index| pixel(row, index).unwrap_or(f32::NAN)));
         let values = all.collect();
-        let per_row = pixels;
-        columns.push(Column::new("celsius", Values::Singles { per_row, values }));
+        let axes = vec![pixels];
+        columns.push(Column::new("celsius", Values::Singles { axes, values }));
     }
     for (index, label) in labels.iter().enumerate() {
         let value = |row: &Row| {

@@ -2,7 +2,7 @@
 
 use super::shared::{Choices, one_of, within};
 use clap::Args;
-use grideye_dataset::{CountsFrom, Shard, Table};
+use grideye_dataset::{CountsFrom, Shard, Splits, Table};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -70,6 +70,11 @@ pub(crate) struct Dataset {
     /// Frames per file, 1 to 1000000 [default: 1000, fewer if they exceed 64 MiB].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000), hide_short_help = true)]
     pub(crate) frames_per_part: Option<u64>,
+    /// Splits by name and share, as train=0.8,test=0.2 [default: all for training].
+    ///
+    /// Whole clips, so that no situation is in two splits. Files are named by their split.
+    #[arg(long = "split", value_name = "SPLITS", hide_short_help = true)]
+    pub(crate) splits: Option<Splits>,
     /// Pixels from which on somebody counts as in view.
     #[arg(long, value_name = "PIXELS", default_value_t = CountsFrom::default().pixels, value_parser = at_least_zero, hide_short_help = true)]
     pub(crate) count_pixels: f64,

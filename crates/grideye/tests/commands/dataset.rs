@@ -94,7 +94,7 @@ fn clips_are_the_same_with_any_threads_shards_and_parts() {
     // A commit that changes these bytes says why.
     assert_eq!(
         ["npz", "npy", "parquet"].map(|format| checksum(&whole, format)),
-        ["231988622 64416", "3887512533 55424", "1538874665 41485"]
+        ["2521668401 64416", "2360122456 55424", "3711698732 43537"]
     );
     // 5 parts of three files and their counts, the plan, and the data card.
     assert_eq!(files(&whole).len(), 22);
@@ -104,14 +104,14 @@ fn clips_are_the_same_with_any_threads_shards_and_parts() {
     let shards = folder.path().join("shards");
     for shard in ["3/3", "1/3", "2/3"] {
         assert!(
-            !shards.join("DATACARD.md").exists(),
+            !shards.join("README.md").exists(),
             "before all parts are there"
         );
         done(clips(&shards, &parts).args(["--shard", shard]));
     }
     assert_same(&whole, &shards);
     // A lost card comes back, and a cut file of records is not taken for a whole one.
-    fs::remove_file(whole.join("DATACARD.md")).unwrap();
+    fs::remove_file(whole.join("README.md")).unwrap();
     done(&mut clips(&whole, &parts));
     assert_same(&whole, &threads);
     let records = fs::read(whole.join("part-000001.npy")).unwrap();
@@ -174,7 +174,7 @@ fn the_data_card_says_what_is_in_the_folder_and_how_it_was_made() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let told = done(&mut clips(&out, &[]));
-    let card = fs::read_to_string(out.join("DATACARD.md")).unwrap();
+    let card = fs::read_to_string(out.join("README.md")).unwrap();
     let line = told
         .lines()
         .find_map(|line| line.strip_prefix("people in view: "));

@@ -35,7 +35,7 @@ fn people_in_view_are_balanced_if_asked_for() {
         assert!(frames(people).abs_diff(wanted) <= 2, "{line}");
     }
     assert!(!line.contains("3 in "), "{line}");
-    let card = fs::read_to_string(out.join("DATACARD.md")).unwrap();
+    let card = fs::read_to_string(out.join("README.md")).unwrap();
     assert!(
         card.contains("1 : 2 : 1") && card.contains("--in-view 1,2,1"),
         "{card}"

@@ -1,6 +1,6 @@
 //! `grideye dataset --preset` and `--preview`.
 
-use crate::dataset::{done, files};
+use crate::dataset::{done, files, refused};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -53,10 +53,59 @@ fn a_preset_is_looked_at_and_made() {
     let classes = classes.split(", ").count();
     assert!(classes >= 3, "{said}");
     assert_eq!(rows(&folder.path().join("people.png")), classes);
-    let card = fs::read_to_string(folder.path().join("set/DATACARD.md")).unwrap();
+    let card = fs::read_to_string(folder.path().join("set/README.md")).unwrap();
     assert!(
         card.contains("grideye dataset --preset counting "),
         "{card}"
     );
     assert!(card.contains("\n- `people=0..3, weights "), "{card}");
+}
+
+#[test]
+fn splits_have_files_of_their_own_that_shards_make_alike() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = |out: &str, words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_grideye"));
+        command.args([
+            "dataset", "--preset", "falls", "--frames", "100", "--clip", "10",
+        ]);
+        command.args([
+            "--frames-per-part",
+            "30",
+            "--format",
+            "npz",
+            "--split",
+            "train=0.7,test=0.3",
+        ]);
+        done(
+            command
+                .args(words)
+                .arg("--out")
+                .arg(folder.path().join(out)),
+        );
+    };
+    made("whole", &[]);
+    made("shards", &["--shard", "2/2"]);
+    made("shards", &["--shard", "1/2"]);
+    let whole = files(&folder.path().join("whole"));
+    assert!(whole == files(&folder.path().join("shards")));
+    let parts = whole.keys().filter(|name| name.ends_with(".npz"));
+    // 70 frames in parts of 30, and then 30.
+    let expected = [
+        "test-000003.npz",
+        "train-000000.npz",
+        "train-000001.npz",
+        "train-000002.npz",
+    ];
+    assert!(parts.eq(expected.iter()), "{:?}", whole.keys());
+
+    let mut command = Command::new(env!("CARGO_BIN_EXE_grideye"));
+    command.args([
+        "dataset", "--preset", "falls", "--frames", "20", "--clip", "10",
+    ]);
+    let told = refused(command.args(["--split", "train=9,test=1", "--out", "none"]));
+    assert!(
+        told.contains("the split `test` gets none of 2 clips"),
+        "{told}"
+    );
 }
