@@ -13,7 +13,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// What is compared, as people named it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Sides<'a> {
     pub loaded: &'a LoadedScene,
@@ -21,6 +21,8 @@ pub struct Sides<'a> {
     pub scene: &'a str,
     pub sensor: Option<&'a str>,
     pub recording: &'a Path,
+    /// The recording's hash, if it is in no file.
+    pub held: Option<Input>,
     pub profile: Option<&'a Path>,
     pub thresholds: Option<&'a Path>,
 }
@@ -59,13 +61,16 @@ pub fn compare(
     comparison.notes.extend(recording.note());
     let read = loaded.files.iter().map(PathBuf::as_path);
     let given = [sides.profile, sides.thresholds].into_iter().flatten();
-    let inputs = read.chain([sides.recording]).chain(given);
+    let recording = sides.held.is_none().then_some(sides.recording);
+    let inputs = read.chain(recording).chain(given).map(hashed);
     let context = Context {
         scene: sides.scene.to_owned(),
         recording: sides.recording.display().to_string(),
         sensor,
         seeds: vec![("simulation".to_owned(), how.seed)],
-        inputs: inputs.map(hashed).collect::<Result<_, _>>()?,
+        inputs: inputs
+            .chain(sides.held.clone().map(Ok))
+            .collect::<Result<_, _>>()?,
         assumptions: loaded.warnings.clone(),
         experiment: scene.paper_experiment(),
         thresholds: thresholds.lines,
@@ -96,9 +101,9 @@ pub fn hashed(path: &Path) -> Result<Input, InputError> {
     Ok(input(name, hasher))
 }
 
-/// A text that is in no file.
+/// What is in no file.
 #[must_use]
-pub fn hashed_text(name: &str, text: &str) -> Input {
+pub fn hashed_text(name: &str, text: impl AsRef<[u8]>) -> Input {
     input(name.to_owned(), Sha256::new_with_prefix(text))
 }
 

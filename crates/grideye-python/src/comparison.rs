@@ -39,12 +39,14 @@ impl Comparison {
         let how = how(&asked).map_err(|error| raised(py, &error))?;
         let (loaded, name) = (Arc::clone(&scene.loaded), scene.name.clone());
         let (path, records) = (recording.path.clone(), Arc::clone(&recording.records));
+        let held = recording.held();
         let compared = work(py, move || {
             let sides = Sides {
                 loaded: &loaded,
                 scene: &name,
                 sensor: asked.sensor.as_deref(),
                 recording: &path,
+                held,
                 profile: asked.profile.as_deref(),
                 thresholds: asked.thresholds.as_deref(),
             };

@@ -2,21 +2,26 @@
 
 use crate::errors::raised;
 use crate::work::{is_stopped, work};
+use grideye_export::recording::{self, Row, Rows};
 use grideye_frame::word;
-use grideye_frame::{Celsius, PIXELS, Reading, RecordedFrame};
+use grideye_frame::{Celsius, NoData, PIXELS, Reading, RecordedFrame};
 use grideye_import::{ImportError, Options};
-use grideye_inputs::{InputError, open};
-use grideye_recording::{Record, StreamId};
+use grideye_inputs::{InputError, hashed_text, open};
+use grideye_recording::{ClockState, Record, Stamp, StreamId, check_name};
+use grideye_validator::report::Input;
 use grideye_validator::{Thinned, Thinning};
 use pyo3::prelude::*;
-use pyo3::types::PyByteArray;
+use pyo3::types::{PyByteArray, PyBytes};
 use std::collections::BTreeMap;
+use std::io::Cursor;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 #[pyclass(frozen, module = "grideye_hil._native")]
 pub(crate) struct Recording {
     pub(crate) path: PathBuf,
+    /// Whether the file at `path` holds it, and nothing else.
+    is_file: bool,
     pub(crate) stream: StreamId,
     pub(crate) records: Arc<Vec<Record>>,
     account: String,
@@ -44,6 +49,40 @@ impl Recording {
         }
         let read = work(py, move || read(path, sensor.as_deref(), &options))?;
         read.map_err(|error| raised(py, &error))
+    }
+
+    /// Of arrays: °C of all frames, not-a-number where one is missing; when they were read, nanoseconds since the first;
+    /// the wall clock, if it is known; the thermistor; and labels.
+    #[staticmethod]
+    fn of_arrays(py: Python<'_>, given: Given) -> PyResult<Self> {
+        py.detach(|| given.recording())
+            .map_err(|error| raised(py, &error))
+    }
+
+    /// Every `step`-th frame of these, as a recording of its own with that name.
+    fn slice(&self, name: PathBuf, start: usize, stop: usize, step: usize) -> Self {
+        let taken = || (start..stop).step_by(step);
+        let records = taken().filter_map(|index| self.records.get(index).copied());
+        let column = |(name, texts): &(String, Vec<String>)| {
+            let texts = taken().filter_map(|index| texts.get(index).cloned());
+            (name.clone(), texts.collect())
+        };
+        Self {
+            path: name,
+            is_file: false,
+            stream: self.stream.clone(),
+            records: Arc::new(records.collect()),
+            account: self.account.clone(),
+            broken: None,
+            labels: self.labels.iter().map(column).collect(),
+        }
+    }
+
+    /// The bytes of a file of this format, by its extension.
+    fn written<'py>(&self, py: Python<'py>, end: &str) -> PyResult<Bound<'py, PyBytes>> {
+        let written = py.detach(|| self.bytes_as(end));
+        let bytes = written.map_err(|error| raised(py, &error))?;
+        Ok(PyBytes::new(py, &bytes))
     }
 
     fn path(&self) -> PathBuf {
@@ -121,7 +160,107 @@ impl Recording {
     }
 }
 
+/// A recording as arrays.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Given {
+    celsius: Vec<u8>,
+    t_boot_ns: Vec<u64>,
+    t_utc_ns: Option<Vec<i64>>,
+    thermistor: Option<Vec<f32>>,
+    reasons: Vec<String>,
+    labels: Labels,
+    device: String,
+    sensor: String,
+}
+
+impl Given {
+    fn recording(&self) -> Result<Recording, InputError> {
+        let stream = StreamId {
+            device: self.device.clone(),
+            sensor: self.sensor.clone(),
+            boot: "array".to_owned(),
+        };
+        for name in [&stream.device, &stream.sensor] {
+            check_name(name).map_err(InputError::new)?;
+        }
+        let (numbers, _) = self.celsius.as_chunks::<4>();
+        let celsius: Vec<f32> = numbers
+            .iter()
+            .map(|number| f32::from_ne_bytes(*number))
+            .collect();
+        let mut records = Vec::with_capacity(self.t_boot_ns.len());
+        for (index, (pixels, t_boot_ns)) in celsius.chunks(PIXELS).zip(&self.t_boot_ns).enumerate()
+        {
+            let t_utc_ns = self.t_utc_ns.as_ref().and_then(|times| times.get(index));
+            let thermistor = self.thermistor.as_ref().and_then(|all| all.get(index));
+            let reason = self.reasons.get(index).and_then(|name| name.parse().ok());
+            let row = Row {
+                stream: stream.clone(),
+                seq: u64::try_from(index).unwrap_or(u64::MAX),
+                stamp: Stamp {
+                    t_boot_ns: *t_boot_ns,
+                    t_utc_ns: t_utc_ns.copied().unwrap_or(0),
+                    clock: match t_utc_ns {
+                        Some(_) => ClockState::Synced,
+                        None => ClockState::Unsynced,
+                    },
+                },
+                t_arrival_ns: None,
+                labels: Vec::new(),
+                thermistor_c: thermistor.copied().filter(|celsius| !celsius.is_nan()),
+                pixels_c: match pixels.iter().any(|pixel| pixel.is_nan()) {
+                    true => Err(reason.unwrap_or(NoData::ShortTransfer)),
+                    false => Ok(pixels.to_vec()),
+                },
+            };
+            let row = grideye_recording::Row::try_from(row);
+            let row = row.map_err(|error| InputError::new(format!("frame {index}: {error}")))?;
+            records.push(row.record);
+        }
+        Ok(Recording {
+            path: "array".into(),
+            is_file: false,
+            stream,
+            records: Arc::new(records),
+            account: "arrays".to_owned(),
+            broken: None,
+            labels: self.labels.clone(),
+        })
+    }
+}
+
 impl Recording {
+    /// A hash that stands for it in a report, if no file holds it.
+    pub(crate) fn held(&self) -> Option<Input> {
+        let csv = || self.bytes_as("csv").unwrap_or_default();
+        let name = self.path.display().to_string();
+        (!self.is_file).then(|| hashed_text(&name, csv()))
+    }
+
+    fn bytes_as(&self, end: &str) -> Result<Vec<u8>, InputError> {
+        let format = recording::format(end).ok_or_else(|| {
+            InputError::new(format!(
+                "no format is called {end}\nhint: {}",
+                recording::ENDS
+            ))
+        })?;
+        let names: Vec<String> = self.labels.iter().map(|(name, _)| name.clone()).collect();
+        let mut rows = self.records.iter().enumerate().map(|(index, record)| {
+            let labels = self.labels.iter().map(|(_, texts)| texts[index].clone());
+            Ok(Row::from(grideye_recording::Row {
+                stream: self.stream.clone(),
+                record: *record,
+                t_arrival_ns: None,
+                labels: labels.collect(),
+            }))
+        });
+        let mut file = Cursor::new(Vec::new());
+        let written = format(Rows::of_recording(&names, &mut rows), &mut file);
+        written.map_err(|error| InputError::new(format!("{}: {error}", self.path.display())))?;
+        Ok(file.into_inner())
+    }
+
     fn frames(&self) -> impl Iterator<Item = Option<&RecordedFrame>> {
         self.records.iter().map(|record| record.reading.frame())
     }
@@ -173,6 +312,7 @@ fn read(path: PathBuf, sensor: Option<&str>, options: &Options) -> Result<Record
         (Some((stream, (records, labels))), 1) => Ok(Recording {
             labels: by_column(names, &labels),
             path,
+            is_file: true,
             stream,
             records: Arc::new(records),
             account,

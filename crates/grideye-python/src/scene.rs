@@ -2,13 +2,16 @@
 
 use crate::errors::raised;
 use crate::work::{is_stopped, work};
+use grideye_dataset::{Part, Table};
 use grideye_inputs::{Beside, InputError, LoadedScene, SceneText, sensor_name};
-use grideye_scene::Simulator;
+use grideye_plan::drawing::perspective;
+use grideye_scene::{Sensor, Simulator};
 use grideye_validator::STATIC_FRAMES;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 #[pyclass(frozen, module = "grideye_hil._native")]
 pub(crate) struct Scene {
@@ -59,6 +62,28 @@ impl Scene {
         self.loaded.scene.duration().as_secs_f64()
     }
 
+    /// Without words, as SVG.
+    fn svg(&self, time_s: f64) -> String {
+        let time = Duration::try_from_secs_f64(time_s).unwrap_or_default();
+        perspective(&self.loaded.scene, time)
+    }
+
+    /// The frames with labels, as the bytes of an `.npy` file.
+    fn labeled<'py>(
+        &self,
+        py: Python<'py>,
+        frames: Option<u32>,
+        seed: u64,
+        sensor: Option<String>,
+    ) -> PyResult<Bound<'py, PyByteArray>> {
+        let loaded = Arc::clone(&self.loaded);
+        let frames = work(py, move || {
+            labeled(&loaded, sensor.as_deref(), (frames, seed))
+        })?;
+        let bytes = frames.map_err(|error| raised(py, &error))?;
+        Ok(PyByteArray::new(py, &bytes))
+    }
+
     /// The frames as 32-bit floats, and their shape.
     fn simulate<'py>(
         &self,
@@ -74,6 +99,27 @@ impl Scene {
         let (bytes, shape) = frames.map_err(|error| raised(py, &error))?;
         Ok((PyByteArray::new(py, &bytes), shape))
     }
+}
+
+/// Frames with labels as numpy's records.
+fn labeled(
+    loaded: &LoadedScene,
+    sensor: Option<&str>,
+    (frames, seed): (Option<u32>, u64),
+) -> Result<Vec<u8>, InputError> {
+    let scene = &loaded.scene;
+    let sensor = sensor_name(scene, sensor)?;
+    let frames = checked_count(scene, scene.sensor(&sensor)?, frames)?;
+    let part = Part::of_scene(scene, &sensor, (frames, seed), &|| !is_stopped());
+    let mut bytes = Vec::new();
+    grideye_export::dataset::write(
+        &part.map_err(InputError::new)?,
+        Table::Npy,
+        "{}",
+        &mut bytes,
+    )
+    .map_err(InputError::new)?;
+    Ok(bytes)
 }
 
 impl Scene {
@@ -95,6 +141,26 @@ fn simulated(
     let scene = &loaded.scene;
     let simulator = Simulator::new(scene, &sensor_name(scene, sensor)?)?;
     let sensor = simulator.sensor();
+    let frames = checked_count(scene, sensor, frames)?;
+    let shape = [
+        frames.try_into().unwrap_or(usize::MAX),
+        sensor.rows,
+        sensor.columns,
+    ];
+    let mut celsius = Vec::with_capacity(shape.iter().product::<usize>() * size_of::<f32>());
+    for index in (0..frames).take_while(|_| !is_stopped()) {
+        let image = simulator.noisy(sensor.frame_time(index), seed).celsius;
+        celsius.extend(image.iter().flat_map(|c| single(*c).to_ne_bytes()));
+    }
+    Ok((celsius, shape))
+}
+
+/// As many frames as asked for, or of the whole scene, if they fit in memory.
+fn checked_count(
+    scene: &grideye_scene::Scene,
+    sensor: &Sensor,
+    frames: Option<u32>,
+) -> Result<u32, InputError> {
     let frames = frames.unwrap_or_else(|| {
         let number = match scene.is_static() {
             true => u32::try_from(STATIC_FRAMES).ok(),
@@ -102,13 +168,9 @@ fn simulated(
         };
         number.unwrap_or(u32::MAX)
     });
-    let shape = [
-        frames.try_into().unwrap_or(usize::MAX),
-        sensor.rows,
-        sensor.columns,
-    ];
     let pixels = sensor.rows * sensor.columns;
-    let bytes = shape[0]
+    let bytes = usize::try_from(frames)
+        .unwrap_or(usize::MAX)
         .saturating_mul(pixels)
         .saturating_mul(size_of::<f32>());
     if bytes > FRAMES_BYTES_MAX {
@@ -117,12 +179,7 @@ fn simulated(
             sensor.columns, sensor.rows
         )));
     }
-    let mut celsius = Vec::with_capacity(bytes);
-    for index in (0..frames).take_while(|_| !is_stopped()) {
-        let image = simulator.noisy(sensor.frame_time(index), seed).celsius;
-        celsius.extend(image.iter().flat_map(|c| single(*c).to_ne_bytes()));
-    }
-    Ok((celsius, shape))
+    Ok(frames)
 }
 
 #[expect(

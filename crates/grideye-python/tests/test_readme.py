@@ -2,8 +2,11 @@
 
 import shutil
 
+import numpy as np
 import pytest
 from conftest import ROOT, SCENES
+
+import grideye_hil as ge
 
 README = ROOT / "crates/grideye-python/README.md"
 
@@ -12,14 +15,24 @@ def programs():
     return [block.split("```")[0] for block in README.read_text().split("```python\n")[1:]]
 
 
-def test_the_first_program(tmp_path, monkeypatch, walk):
+def test_from_frames_to_a_verdict(tmp_path, monkeypatch, walk):
     shutil.copy(SCENES / "experiment-1.toml", tmp_path / "room.toml")
+    monkeypatch.chdir(tmp_path)
+    own = np.round(ge.Scene.load("room.toml").simulate(100, seed=3) * 4) / 4
+    exec(programs()[0], {"celsius": own})
+    with pytest.raises(AssertionError):
+        exec(programs()[0], {"celsius": ge.Recording.read(walk).celsius})
+
+
+def test_from_a_scene_to_frames_and_a_sensor(tmp_path, monkeypatch, walk):
     shutil.copy(walk, tmp_path / "evening.csv")
     monkeypatch.chdir(tmp_path)
     seen = {}
-    exec(programs()[0], seen)
-    assert seen["frames"].shape == (100, 8, 8)
+    exec(programs()[1], seen)
+    assert seen["frames"].shape == (100, 8, 8) and seen["labels"]["people"].tolist() == [1] * 100
+    assert len(ge.Recording.read("evening.parquet")) == 51
     assert seen["result"].verdict == "disagrees"
+    assert seen["x"].shape == (256, 8, 8) and seen["y"].max() >= 2
     assert seen["bus"].now == pytest.approx(5.25 + 318 / 100_000)
 
 
@@ -35,7 +48,7 @@ def test_the_fixture(pytester):
                 return max(self.bus.read_word_data(0x69, 0x80 + 2 * pixel) for pixel in range(64)) > 24 * 4
         """
     )
-    pytester.makepyfile(programs()[1])
+    pytester.makepyfile(programs()[2])
     pytester.runpytest_subprocess().assert_outcomes(passed=1)
 
 
@@ -61,5 +74,5 @@ class Camera:
 )
 def test_the_fixture_shows_who_mixes_two_frames(pytester, part, options, outcome):
     pytester.makepyfile(my_driver="import smbus2\n" + CAMERA.format(part=part))
-    pytester.makepyfile(programs()[2].replace('"steps.csv")\ndef', f'"steps.csv"{options})\ndef'))
+    pytester.makepyfile(programs()[3].replace('"steps.csv")\ndef', f'"steps.csv"{options})\ndef'))
     pytester.runpytest_subprocess().assert_outcomes(**{outcome: 1})

@@ -12,7 +12,11 @@ import grideye_hil as ge
 
 frames: npt.NDArray[np.float32] = ge.Scene.load("room.toml").simulate(frames=3)
 rec = ge.Recording.read("evening.csv", sensor="ceiling")
-verdict: str = ge.compare(ge.Scene.parse(""), rec, profile=None).verdict
+verdict: ge.Verdict = ge.compare(ge.Scene.parse(""), rec, profile=None).verdict
+pixels, labels = ge.Scene.room().simulate(3, labels=True)
+both: tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]] = (frames, pixels)
+part: ge.Recording = ge.Recording.from_array(frames, rate_hz=1)[2:]
+people: list[int] = [int(y.sum()) for x, y in ge.frames("counting", frames=10)]
 with ge.emulate(rec, at_end="loop") as bus:
     bus.advance(0.1)
     word: int = bus.read_word_data(0x69, 0x80)

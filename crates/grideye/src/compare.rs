@@ -23,6 +23,7 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     loaded.warnings.extend(unseen);
     let scene = sides.scene.display().to_string();
     let named = Sides {
+        held: None,
         loaded: &loaded,
         scene: &scene,
         sensor: sides.sensor.as_deref(),

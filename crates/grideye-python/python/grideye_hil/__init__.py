@@ -5,7 +5,8 @@
     scene = ge.Scene.load("room.toml")
     frames = scene.simulate(frames=100, seed=1)      # float32 (100, 8, 8), degrees Celsius
     rec = ge.Recording.read("evening.csv")           # rec.celsius: float32 (N, 8, 8)
-    result = ge.compare(scene, rec)                  # result.verdict: "agrees", "disagrees", "cannot tell"
+    assert ge.compare(scene, rec).agrees             # .verdict: "agrees", "disagrees" or "cannot tell"
+    for x, y in ge.frames("counting", frames=50_000): ...  # batches of labeled frames
     with ge.emulate(scene) as bus:                   # an AMG8833 at 0x69, in this process
         bus.read_byte_data(0x69, 0x80)
 
@@ -14,9 +15,26 @@ and stop on Ctrl-C. What cannot be used raises `InputError`, with file, line and
 """
 
 from ._bus import Bus, emulate
-from ._comparison import Comparison, compare
+from ._comparison import Comparison, Verdict, compare
 from ._error import InputError
+from ._program import Calibration, calibrate, characterize, coverage, dataset, frames, orient
 from ._recording import Recording
 from ._scene import Scene
 
-__all__ = ["Bus", "Comparison", "InputError", "Recording", "Scene", "compare", "emulate"]
+__all__ = [
+    "Bus",
+    "Calibration",
+    "Comparison",
+    "InputError",
+    "Recording",
+    "Scene",
+    "Verdict",
+    "calibrate",
+    "characterize",
+    "compare",
+    "coverage",
+    "dataset",
+    "emulate",
+    "frames",
+    "orient",
+]

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+import enum
 import html
 import json
 import os
-import tempfile
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _native
-from ._recording import Recording
+from ._recording import Recording, write
 from ._scene import Scene
 
 if TYPE_CHECKING:
     import pandas
+
+
+class Verdict(str, enum.Enum):
+    """What a comparison found. Each equals its text."""
+
+    AGREES = "agrees"
+    DISAGREES = "disagrees"
+    CANNOT_TELL = "cannot tell"
+
+    def __str__(self) -> str:
+        return self.value
 
 
 class Comparison:
@@ -25,9 +36,14 @@ class Comparison:
         self._result: dict[str, Any] = json.loads(native.json())
 
     @property
-    def verdict(self) -> str:
-        """ "agrees", "disagrees" or "cannot tell"."""
-        return str(self._result["verdict"]).replace("-", " ").replace("_", " ")
+    def verdict(self) -> Verdict:
+        """Whether the recording could be one of the scene."""
+        return Verdict(str(self._result["verdict"]).replace("-", " ").replace("_", " "))
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the verdict is that they agree: `assert ge.compare(scene, rec).agrees` shows the headline if not."""
+        return self.verdict is Verdict.AGREES
 
     @property
     def headline(self) -> str:
@@ -63,11 +79,11 @@ class Comparison:
 
     def report(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes the report, one page for any browser, as `grideye compare --report`. The file appears whole."""
-        _write(path, self._native.html())
+        write(path, self._native.html().encode())
 
     def junit(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes each criterion as a test case in JUnit's XML, as `grideye compare --junit`. The file appears whole."""
-        _write(path, self._native.junit())
+        write(path, self._native.junit().encode())
 
     def __str__(self) -> str:
         return self._native.text()
@@ -92,16 +108,6 @@ class Comparison:
         reasons = cells("li", self.reasons)
         headline = html.escape(self.headline)
         return f"<p><strong>{headline}</strong></p><ul>{reasons}</ul><table>{table}</table>"
-
-
-def _write(path: Union[str, os.PathLike[str]], text: str) -> None:
-    path = os.path.abspath(path)
-    with tempfile.NamedTemporaryFile(
-        "w", encoding="utf-8", dir=os.path.dirname(path), delete=False
-    ) as file:
-        file.write(text)
-    os.chmod(file.name, 0o644)
-    os.replace(file.name, path)
 
 
 def _numbers(score: dict[str, Any]) -> dict[str, Any]:
@@ -138,7 +144,7 @@ def compare(
         max_rate: largest error of the sensor's clock, 0 to 20 %.
         binning: bins of the entropies: "step:WIDTH" (°C), "levels:N" or "grey256"; by default "grey256", as in the paper.
         thresholds: a file with other thresholds of the verdict.
-        seed: of the simulated noise in the scores.
+        seed: of the simulated noise in the scores; the verdict does not depend on it. Equal seeds give equal scores.
 
     Raises:
         InputError: what cannot be compared, with file, line and hint.
