@@ -184,11 +184,9 @@ impl Given {
         for name in [&stream.device, &stream.sensor] {
             check_name(name).map_err(InputError::new)?;
         }
-        let (numbers, _) = self.celsius.as_chunks::<4>();
-        let celsius: Vec<f32> = numbers
-            .iter()
-            .map(|number| f32::from_ne_bytes(*number))
-            .collect();
+        let numbers = self.celsius.chunks_exact(size_of::<f32>());
+        let number = |bytes: &[u8]| bytes.try_into().map_or(f32::NAN, f32::from_ne_bytes);
+        let celsius: Vec<f32> = numbers.map(number).collect();
         let mut records = Vec::with_capacity(self.t_boot_ns.len());
         for (index, (pixels, t_boot_ns)) in celsius.chunks(PIXELS).zip(&self.t_boot_ns).enumerate()
         {

@@ -1,7 +1,7 @@
 //! Scenes, and frames simulated of them.
 
 use crate::errors::raised;
-use crate::work::{is_stopped, work};
+use crate::work::{goes_on, work_shown};
 use grideye_dataset::{Part, Table};
 use grideye_inputs::{Beside, InputError, LoadedScene, SceneText, sensor_name};
 use grideye_plan::drawing::perspective;
@@ -75,9 +75,10 @@ impl Scene {
         frames: Option<u32>,
         seed: u64,
         sensor: Option<String>,
+        show: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyByteArray>> {
         let loaded = Arc::clone(&self.loaded);
-        let frames = work(py, move || {
+        let frames = work_shown(py, show, move || {
             labeled(&loaded, sensor.as_deref(), (frames, seed))
         })?;
         let bytes = frames.map_err(|error| raised(py, &error))?;
@@ -91,9 +92,10 @@ impl Scene {
         frames: Option<u32>,
         seed: u64,
         sensor: Option<String>,
+        show: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyByteArray>, [usize; 3])> {
         let loaded = Arc::clone(&self.loaded);
-        let frames = work(py, move || {
+        let frames = work_shown(py, show, move || {
             simulated(&loaded, sensor.as_deref(), (frames, seed))
         })?;
         let (bytes, shape) = frames.map_err(|error| raised(py, &error))?;
@@ -110,7 +112,7 @@ fn labeled(
     let scene = &loaded.scene;
     let sensor = sensor_name(scene, sensor)?;
     let frames = checked_count(scene, scene.sensor(&sensor)?, frames)?;
-    let part = Part::of_scene(scene, &sensor, (frames, seed), &|| !is_stopped());
+    let part = Part::of_scene(scene, &sensor, (frames, seed), &goes_on);
     let mut bytes = Vec::new();
     grideye_export::dataset::write(
         &part.map_err(InputError::new)?,
@@ -148,7 +150,7 @@ fn simulated(
         sensor.columns,
     ];
     let mut celsius = Vec::with_capacity(shape.iter().product::<usize>() * size_of::<f32>());
-    for index in (0..frames).take_while(|_| !is_stopped()) {
+    for index in (0..frames).take_while(|_| goes_on()) {
         let image = simulator.noisy(sensor.frame_time(index), seed).celsius;
         celsius.extend(image.iter().flat_map(|c| single(*c).to_ne_bytes()));
     }

@@ -35,6 +35,16 @@ def test_ctrl_c_ends_a_long_call(call):
         program.kill()
 
 
+def test_a_long_call_shows_its_progress():
+    scene = ge.Scene.load(SCENES / "experiment-3.toml")
+    shown = []
+    # A bar's own clock shows it after a second: the host may be slower or faster than that.
+    while not shown or shown[-1] < 100:
+        shown.clear()
+        scene._native.simulate(20_000, 1, None, shown.append)
+    assert shown == sorted(shown) and shown[-1] <= 20_000
+
+
 def test_the_work_ends_with_the_call(walk):
     code = f"""
 import time

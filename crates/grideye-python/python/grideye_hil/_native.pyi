@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from os import PathLike
 from typing import Any, Optional, Union
 
@@ -16,10 +17,12 @@ class Scene:
     def files(self) -> list[PathLike[str]]: ...
     def duration_s(self) -> float: ...
     def simulate(
-        self, frames: Optional[int], seed: int, sensor: Optional[str]
+        self, frames: Optional[int], seed: int, sensor: Optional[str], show: Optional[Callable[[int], None]]
     ) -> tuple[bytearray, list[int]]: ...
 
-    def labeled(self, frames: Optional[int], seed: int, sensor: Optional[str]) -> bytearray: ...
+    def labeled(
+        self, frames: Optional[int], seed: int, sensor: Optional[str], show: Optional[Callable[[int], None]]
+    ) -> bytearray: ...
     def svg(self, time_s: float) -> str: ...
 
 class Recording:

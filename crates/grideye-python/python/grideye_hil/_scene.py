@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import io
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Literal, Optional, Union, overload
 
 import numpy as np
@@ -147,7 +149,7 @@ class Scene:
         sensor: Optional[str] = None,
         labels: bool = False,
     ) -> Union[npt.NDArray[np.float32], tuple[npt.NDArray[np.float32], npt.NDArray[Any]]]:
-        """What a sensor measures, with its noise, as `grideye simulate`.
+        """What a sensor measures, with its noise, as `grideye simulate`. A long call shows its progress if tqdm is installed.
 
         Args:
             frames: how many; by default 10 of a scene in which nothing moves, otherwise until its end.
@@ -165,17 +167,30 @@ class Scene:
             InputError: if the scene has several sensors and none is named, or none of this name; if the frames would take more
                 than 1 GiB, which are 4 million of a Grid-EYE.
         """
-        if labels:
-            records = labeled(np.load(io.BytesIO(self._native.labeled(frames, seed, sensor))))
-            return records["celsius"], records
-        data, shape = self._native.simulate(frames, seed, sensor)
-        return np.frombuffer(data, np.float32).reshape(shape)
+        with _progress(frames) as show:
+            if labels:
+                records = labeled(np.load(io.BytesIO(self._native.labeled(frames, seed, sensor, show))))
+                return records["celsius"], records
+            data, shape = self._native.simulate(frames, seed, sensor, show)
+            return np.frombuffer(data, np.float32).reshape(shape)
 
     def _repr_svg_(self) -> str:
         return self._native.svg(0.0)
 
     def __repr__(self) -> str:
         return f"Scene({self._native.name!r}, sensors={self.sensors})"
+
+
+@contextlib.contextmanager
+def _progress(frames: Optional[int]) -> Iterator[Optional[Callable[[int], None]]]:
+    """A bar of tqdm, if that is installed and the call takes more than a second."""
+    try:
+        tqdm: Any = importlib.import_module("tqdm.auto").tqdm
+    except ImportError:
+        yield None
+        return
+    with tqdm(total=frames, unit=" frames", delay=1, leave=False) as bar:
+        yield lambda done: bar.update(done - bar.n)
 
 
 def labeled(records: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -57,13 +57,15 @@ def _source(given: dict[str, Any]) -> Union[Scene, Recording, float]:
         raise pytest.UsageError(f"amg8833: one of {', '.join(_SOURCES)}, not {' and '.join(named)}")
     if not named:
         return _ROOM_C
-    source = given.pop(named[0])
-    if named[0] == "scene" and not isinstance(source, Scene):
+    source: Any = given.pop(named[0])
+    if isinstance(source, (Scene, Recording)):
+        return source
+    if named[0] == "scene":
         return Scene.load(source)
-    if named[0] == "recording" and not isinstance(source, Recording):
+    if named[0] == "recording":
         return Recording.read(source)
-    checked: Union[Scene, Recording, float] = source
-    return checked
+    constant: float = source
+    return constant
 
 
 def _replace_smbus2(monkeypatch: pytest.MonkeyPatch) -> None:
