@@ -132,4 +132,10 @@ def test_a_notebook_shows_scene_recording_and_frame(rec):
     assert 'src="data:image/png;base64,iVBOR' in rec._repr_html_()
     image = rec.plot(-1).images[0]
     np.testing.assert_array_equal(image.get_array(), rec.celsius[-1])
+    result = ge.compare(ge.Scene.load(SCENES / "experiment-3.toml"), rec)
+    shown = [axis.images[0].get_array() for axis in result.plot().axes if axis.images]
+    film = result.to_dict()["film"]
+    assert len(shown) == 3 * len(film)
+    np.testing.assert_allclose(shown[len(film)].ravel(), film[0]["simulated_c"])
+    np.testing.assert_allclose(shown[-1], shown[len(film) - 1] - shown[2 * len(film) - 1])
     matplotlib.pyplot.close("all")

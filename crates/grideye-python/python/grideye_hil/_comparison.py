@@ -9,11 +9,14 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
+import numpy as np
+
 from . import _native
 from ._recording import Recording, write
 from ._scene import Scene
 
 if TYPE_CHECKING:
+    import matplotlib.figure
     import pandas
 
 
@@ -84,6 +87,31 @@ class Comparison:
     def junit(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes each criterion as a test case in JUnit's XML, as `grideye compare --junit`. The file appears whole."""
         write(path, self._native.junit().encode())
+
+    def plot(self) -> matplotlib.figure.Figure:
+        """Draws real frames, simulated ones and real minus simulated with matplotlib, at the times of the report's film and in its
+        colors: red where the recording is warmer.
+        """
+        import matplotlib.colors
+        import matplotlib.pyplot as plt
+
+        film = self._result["film"]
+        pairs = np.array([[shot["real_c"], shot["simulated_c"]] for shot in film])
+        real, simulated = pairs.reshape(len(film), 2, self._result["rows"], self._result["columns"]).swapaxes(0, 1)
+        difference = real - simulated
+        most = max(1.0, float(np.abs(difference).max()))
+        figure, axes = plt.subplots(3, len(film), figsize=(1.5 * len(film) + 1, 5), squeeze=False, layout="constrained")
+        blue_to_red = matplotlib.colors.LinearSegmentedColormap.from_list("difference", ["#2166ac", "#f7f7f7", "#b2182b"])
+        temperatures = {"cmap": "inferno", "vmin": pairs.min(), "vmax": pairs.max()}
+        rows = [("real", real, temperatures), ("simulated", simulated, temperatures)]
+        rows += [("real - simulated", difference, {"cmap": blue_to_red, "vmin": -most, "vmax": most})]
+        for row, (name, frames, colors) in zip(axes, rows):
+            for axis, frame, shot in zip(row, frames, film):
+                image = axis.imshow(frame, **colors)
+                axis.set(xticks=[], yticks=[], title=f"{shot['time_s']:.1f} s" if name == "real" else "")
+            row[0].set_ylabel(name)
+            figure.colorbar(image, ax=row, label="°C")
+        return figure
 
     def __str__(self) -> str:
         return self._native.text()

@@ -37,6 +37,12 @@ pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Resu
         .context("cannot make a folder for the socket")?;
     let path = folder.as_ref().map(|folder| folder.path().join("bus"));
     let path = options.socket.clone().or(path);
+    let is_supervised =
+        !options.program.is_empty() && options.via == Via::Syscalls && options.usbip.is_none();
+    if path.is_some() || !is_supervised {
+        // Before anybody can connect, who would find a sensor without power.
+        machine.start();
+    }
     let socket = path.as_deref();
     let socket =
         socket.map(|path| SocketWay::open(path, options.adapter, machine.rack(), &mut reached));
@@ -60,12 +66,10 @@ pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Resu
             None => run_program(command, options, machine, voice, reached)?,
         },
         (Some(mut command), _) => {
-            machine.start();
             voice.ready(&reached)?;
             stop.run(&mut command)?
         }
         (None, usb) => {
-            machine.start();
             voice.ready(&reached)?;
             let is_over = || machine.has_ended() || usb.as_ref().is_some_and(UsbWay::is_unplugged);
             stop.wait(options.seconds, is_over)
