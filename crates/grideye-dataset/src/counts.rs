@@ -44,7 +44,8 @@ impl Counts {
         counts
     }
 
-    pub(crate) fn add(&mut self, other: &Self) {
+    /// Adds what other frames show.
+    pub fn add(&mut self, other: &Self) {
         self.frames += other.frames;
         for (people, frames) in &other.people {
             *self.people.entry(*people).or_default() += frames;

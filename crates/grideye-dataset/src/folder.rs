@@ -111,7 +111,10 @@ impl<'a> Folder<'a> {
     }
 
     /// What a part's frames show; `None` if it is not there.
-    fn counts(&self, manifest: &Manifest, part: u64) -> Result<Option<Counts>, DatasetError> {
+    ///
+    /// # Errors
+    /// As [`Self::has`].
+    pub fn counts(&self, manifest: &Manifest, part: u64) -> Result<Option<Counts>, DatasetError> {
         let path = self.file(manifest, part, "json");
         let text = match fs::read(&path) {
             Ok(text) => text,

@@ -6,20 +6,18 @@ use crate::output::outln;
 use crate::{export, files, progress};
 use anyhow::Result;
 use grideye_dataset::{
-    Cause, CountsFrom, DatasetError, Folder, Frames, Manifest, Output, Part, Remembered, Seen,
-    Subject, Table, make, preview,
+    Cause, Counts, CountsFrom, DatasetError, Folder, Frames, Manifest, Output, Part, Remembered,
+    Seen, Subject, Table, make, preview,
 };
 use grideye_export::dataset as table;
 use grideye_frame::{COLUMNS, ROWS};
 use grideye_inputs::SceneText;
 use grideye_scene::Scene;
 use grideye_variation::{Recipe, VariationError};
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 
 pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
     let frames = frames(options)?;
@@ -38,11 +36,7 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
         options.formats.iter().copied(),
     )
     .map_err(told)?;
-    let disk = Disk {
-        first: options.formats.first().copied(),
-        in_view: Mutex::default(),
-    };
-    let folder = Folder::open(out, &manifest, &disk).map_err(told)?;
+    let folder = Folder::open(out, &manifest, &Disk).map_err(told)?;
     let (mut missing, mut there, mut count) = (Vec::new(), 0_u64, 0);
     for part in manifest.parts_of(options.shard) {
         count += manifest.count(part);
@@ -66,7 +60,14 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
     folder.put_card(&frames, &manifest).map_err(told)?;
     report(options, (&manifest, out), [made, there, count])?;
     if made > 0 && !options.json {
-        outln!("people in view: {}", disk.in_view())?;
+        let mut counts = Counts::default();
+        for part in manifest.parts_of(options.shard) {
+            let found = folder.counts(&manifest, part).map_err(told)?;
+            counts.add(&found.unwrap_or_default());
+        }
+        let counts = counts.people.iter();
+        let counts = counts.map(|(people, frames)| format!("{people} in {frames} frames"));
+        outln!("people in view: {}", counts.collect::<Vec<_>>().join(", "))?;
     }
     Ok(Outcome::Done)
 }
@@ -151,35 +152,10 @@ fn show(frames: &Frames, options: &Dataset, file: &Path) -> Result<()> {
     Ok(())
 }
 
-struct Disk {
-    /// A part is counted as its first file is written.
-    first: Option<Table>,
-    /// How many frames have how many people in view.
-    in_view: Mutex<BTreeMap<u64, u64>>,
-}
-
-impl Disk {
-    fn count(&self, part: &Part) {
-        let mut in_view = self.in_view.lock().unwrap_or_else(PoisonError::into_inner);
-        for people in &part.people {
-            *in_view.entry(*people).or_default() += 1;
-        }
-    }
-
-    /// `0 in 31 frames, 1 in 169 frames`
-    fn in_view(&self) -> String {
-        let in_view = self.in_view.lock().unwrap_or_else(PoisonError::into_inner);
-        let counts = in_view.iter();
-        let counts = counts.map(|(people, frames)| format!("{people} in {frames} frames"));
-        counts.collect::<Vec<_>>().join(", ")
-    }
-}
+struct Disk;
 
 impl Output for Disk {
     fn write(&self, part: &Part, kind: Table, about: &str, file: &File) -> Result<(), Cause> {
-        if self.first == Some(kind) {
-            self.count(part);
-        }
         Ok(files::fill(file, |out| {
             Ok(table::write(part, kind, about, out)?)
         })?)
