@@ -8,7 +8,9 @@
 pub(crate) const STALL_FRAMES: usize = 5;
 /// If more frames than this share look torn by chance, torn frames and duplicates are kept.
 pub(crate) const BY_CHANCE_MAX: f64 = 0.02;
-/// Consecutive pixels equal to the frame before that make a frame torn; chance makes 0.03 to 0.3 % of the frames so (LINAIGE).
+/// Of frames that are left out as torn, chance makes at most this share; LINAIGE has .06 to .09 of runs of 8.
+pub(crate) const TORN_BY_CHANCE_MAX: f64 = 0.1;
+/// Fewest consecutive pixels equal to the frame before that make a frame torn; chance makes 0.03 to 0.3 % of the frames so (LINAIGE).
 pub const TORN_RUN_MIN: usize = 8;
 /// A pixel of exactly 0.0 °C is a glitch if its frame's median is at least this far from 0, °C.
 pub(crate) const GLITCH_OFF_MIN_C: f64 = 4.0;

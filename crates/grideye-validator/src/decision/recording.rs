@@ -2,7 +2,7 @@
 
 use crate::align::Orientation;
 use crate::decision::unit::Unit;
-use crate::decision::view::{self, Image, PIXEL_COUNT, add};
+use crate::decision::view::{self, Image, PIXEL_COUNT, add, less};
 use crate::numbers::{count, index, median, single, whole};
 use grideye_frame::PIXELS;
 
@@ -37,7 +37,7 @@ const GAP: f64 = 3.5;
 impl Recording {
     /// `frames` less what is known of unit and room; `pattern_c` is the standard deviation of what is not.
     pub(crate) fn new(times_s: &[f64], frames: &[Image], pattern_c: Image, step_c: f64) -> Self {
-        let strays = strays(frames, &Unit::of(frames, pattern_c, step_c));
+        let strays = strays(times_s, frames, &Unit::of(frames, pattern_c, step_c));
         let kept: Vec<Image> = (0..frames.len())
             .filter(|index| !strays.contains(index))
             .map(|index| frames[index])
@@ -187,11 +187,11 @@ fn in_runs<'a, 'f>(groups: &'a [&'f [Moment]]) -> impl Iterator<Item = &'f [Mome
 }
 
 /// Frames that a transfer tore or swapped: far from both neighbors, which are near each other.
-fn strays(frames: &[Image], unit: &Unit) -> Vec<usize> {
+fn strays(times_s: &[f64], frames: &[Image], unit: &Unit) -> Vec<usize> {
     const FAR: f64 = 3.0;
     const NEAR: f64 = 0.5;
-    let apart = |one: &Image, other: &Image| -> f64 {
-        let difference: Image = std::array::from_fn(|pixel| one[pixel] - other[pixel]);
+    let apart = |one: usize, other: usize| -> f64 {
+        let difference = less(&frames[one], &frames[other]);
         let mean = difference.iter().sum::<f32>() / PIXEL_COUNT;
         let pixels = difference.iter().zip(&unit.noise_c);
         let squares =
@@ -204,8 +204,12 @@ fn strays(frames: &[Image], unit: &Unit) -> Vec<usize> {
             index if index + 1 == frames.len() => [index.saturating_sub(2), index - 1],
             _ => [index - 1, index + 1],
         };
-        let (frame, before, after) = (&frames[index], &frames[before], &frames[after]);
-        let own = apart(frame, before).min(apart(frame, after));
+        let own = apart(index, before).min(apart(index, after));
+        // Before or after a gap, who walks is farther from the nearer of two than these are from each other.
+        let gap_s = |one: usize, other: usize| (times_s[one] - times_s[other]).abs();
+        if gap_s(index, before).min(gap_s(index, after)) > 1.5 * gap_s(before, after) {
+            return false;
+        }
         own > FAR && apart(before, after) < 1.0 + NEAR * (own - 1.0)
     };
     if frames.len() < 3 {

@@ -49,9 +49,7 @@ impl fmt::Display for LeftOut {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missing(reason) => write!(formatter, "not read: {reason}"),
-            Self::Torn => formatter.pad(
-                "torn: part of the frame before, as 0.03 to 0.3 % of whole frames look by chance",
-            ),
+            Self::Torn => formatter.pad("torn: part of the frame before"),
             Self::Duplicate => formatter.pad("duplicates of the frame before"),
             Self::Stalled => formatter.pad("the sensor stood still: many duplicates in a row"),
             Self::Burst => {
@@ -137,6 +135,7 @@ fn standings(frames: &mut [Read]) -> Vec<Option<LeftOut>> {
         frame.celsius = mended;
         before = Some((frame.seq, mended));
     }
+    let torn_from = finder.torn_from();
     let faults = finder.finish();
     let own = faults.own();
     // Without noise every frame looks like the one before, and with few frames of its own chance is unknown.
@@ -144,7 +143,9 @@ fn standings(frames: &mut [Read]) -> Vec<Option<LeftOut>> {
     let mut reasons: Vec<Option<LeftOut>> = found
         .into_iter()
         .map(|standing| match standing {
-            Standing::Torn if known => Some(LeftOut::Torn),
+            Standing::Torn(run) if known && torn_from.is_some_and(|from| run >= from) => {
+                Some(LeftOut::Torn)
+            }
             Standing::Duplicate if known => Some(LeftOut::Duplicate),
             _ => None,
         })

@@ -1,10 +1,11 @@
 //! Finds torn frames, duplicates and glitches by comparing each frame with the one before.
 
-use crate::constants::{GLITCH_OFF_MIN_C, GLITCH_PIXELS_MAX, TORN_RUN_MIN};
+use crate::constants::{GLITCH_OFF_MIN_C, GLITCH_PIXELS_MAX, TORN_BY_CHANCE_MAX, TORN_RUN_MIN};
 use crate::frames::types::Pixels;
 use crate::numbers::{count, long_count, median};
 use grideye_frame::PIXELS;
 use serde::Serialize;
+use std::ops::Range;
 
 /// Faults between the sensor and the recording.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -57,18 +58,28 @@ pub(crate) enum Standing {
     First,
     /// A measurement of its own.
     Own,
-    /// Partly the frame before.
-    Torn,
+    /// Partly the frame before: so many consecutive pixels.
+    Torn(usize),
     /// Entirely the frame before.
     Duplicate,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct FaultFinder {
     found: Faults,
     duplicates_in_a_row: u64,
-    /// Pixels equal to the frame before, in frames neither torn nor duplicate.
-    equal_pixels: u64,
+    /// By the longest run of pixels equal to the frame before: frames, and equal pixels in them.
+    by_run: [(u64, u64); PIXELS + 1],
+}
+
+impl Default for FaultFinder {
+    fn default() -> Self {
+        Self {
+            found: Faults::default(),
+            duplicates_in_a_row: 0,
+            by_run: [(0, 0); PIXELS + 1],
+        }
+    }
 }
 
 impl FaultFinder {
@@ -82,6 +93,10 @@ impl FaultFinder {
         let found = &mut self.found;
         found.compared += 1;
         let run = longest_equal_run(&frame, before);
+        let equal = frame.iter().zip(before).filter(|(now, then)| now == then);
+        let (frames, equal_pixels) = &mut self.by_run[run];
+        *frames += 1;
+        *equal_pixels += u64::try_from(equal.count()).unwrap_or(0);
         if run == PIXELS {
             found.duplicates += 1;
             self.duplicates_in_a_row += 1;
@@ -92,18 +107,36 @@ impl FaultFinder {
         self.duplicates_in_a_row = 0;
         if run >= TORN_RUN_MIN {
             found.torn += 1;
-            return (frame, Standing::Torn);
+            return (frame, Standing::Torn(run));
         }
-        let equal = frame.iter().zip(before).filter(|(now, then)| now == then);
-        self.equal_pixels += u64::try_from(equal.count()).unwrap_or(0);
         (frame, Standing::Own)
     }
 
     pub(crate) fn finish(self) -> Faults {
         Faults {
-            torn_by_chance: by_chance(self.equal_pixels, self.found.own()),
+            torn_by_chance: self.by_chance(TORN_RUN_MIN),
             ..self.found
         }
+    }
+
+    /// The shortest run of equal pixels, from [`TORN_RUN_MIN`] on, that makes a frame torn: of frames with such a run, chance
+    /// makes at most [`TORN_BY_CHANCE_MAX`], since a unit with little noise often repeats a pixel's step.
+    pub(crate) fn torn_from(&self) -> Option<usize> {
+        let compared = long_count(self.found.compared);
+        (TORN_RUN_MIN..PIXELS).find(|run| {
+            let found = long_count(self.frames(*run..PIXELS));
+            self.by_chance(*run) * compared <= TORN_BY_CHANCE_MAX * found
+        })
+    }
+
+    fn frames(&self, runs: Range<usize>) -> u64 {
+        self.by_run[runs].iter().map(|(frames, _)| frames).sum()
+    }
+
+    /// Chance of such a run in a frame if pixels are equal as often as in frames without one.
+    fn by_chance(&self, run: usize) -> f64 {
+        let equal = self.by_run[..run].iter().map(|(_, equal)| equal).sum();
+        by_chance(run, equal, self.frames(0..run))
     }
 
     /// The frame with glitched pixels replaced by those of the frame before, or else by the median.
@@ -131,16 +164,16 @@ fn longest_equal_run(frame: &Pixels, before: &Pixels) -> usize {
     longest
 }
 
-/// Chance of a run of [`TORN_RUN_MIN`] in a frame if pixels are equal independently at the observed rate.
-fn by_chance(equal_pixels: u64, frames: u64) -> f64 {
+/// Chance of a run of so many in a frame if pixels are equal independently at the observed rate.
+fn by_chance(length: usize, equal_pixels: u64, frames: u64) -> f64 {
     if frames == 0 {
         return 0.0;
     }
     let equal = long_count(equal_pixels) / (long_count(frames) * count(PIXELS));
-    let run = (0..TORN_RUN_MIN).fold(1.0, |product, _| product * equal);
+    let run = (0..length).fold(1.0, |product, _| product * equal);
     // A run starts at the first pixel or after a different one.
     let starts_later = 1.0 - run * (1.0 - equal);
-    let none = (0..PIXELS - TORN_RUN_MIN).fold(1.0 - run, |product, _| product * starts_later);
+    let none = (0..PIXELS - length).fold(1.0 - run, |product, _| product * starts_later);
     1.0 - none
 }
 
@@ -168,7 +201,7 @@ mod tests {
         assert_eq!(finder.push(&seven, Some(&second)).1, Standing::Own);
         let mut eight = ramp(21.5);
         eight[56..].copy_from_slice(&seven[56..]);
-        assert_eq!(finder.push(&eight, Some(&seven)).1, Standing::Torn);
+        assert_eq!(finder.push(&eight, Some(&seven)).1, Standing::Torn(8));
         assert_eq!(finder.push(&eight, Some(&eight)).1, Standing::Duplicate);
         assert_eq!(finder.push(&eight, Some(&eight)).1, Standing::Duplicate);
         let faults = finder.finish();
@@ -210,8 +243,36 @@ mod tests {
             without.push(ways);
         }
         let exact = 1.0 - without[64] / 2.0_f64.powi(64);
-        let found = by_chance(32 * 100, 100);
+        let found = by_chance(8, 32 * 100, 100);
         assert!((found - exact).abs() < 0.003, "{found} for {exact}");
-        assert!(by_chance(64 * 20, 100) < 0.0002);
+        assert!(by_chance(8, 64 * 20, 100) < 0.0002);
+    }
+
+    /// With noise of half a step two frames have four of ten pixels in common, and of 100 pairs a few share a run of eight.
+    #[test]
+    fn little_noise_makes_no_frame_torn() {
+        for (sd_c, tears) in [(0.14, 0), (0.16, 0), (0.16, 9), (0.24, 9), (0.24, 0)] {
+            let mut draw = crate::numbers::normal_draws(11);
+            let mut finder = FaultFinder::default();
+            let mut before = [20.0; PIXELS];
+            let (mut torn, mut whole) = (Vec::new(), Vec::new());
+            for index in 0..400 {
+                let mut frame: Pixels =
+                    std::array::from_fn(|_| 0.25 * (4.0 * (20.0 + sd_c * draw())).round());
+                let is_torn = index % 40 == 39 && index / 40 < tears;
+                if is_torn {
+                    frame[..32].copy_from_slice(&before[..32]);
+                }
+                let standing = finder.push(&frame, Some(&before)).1;
+                if let Standing::Torn(run) = standing {
+                    if is_torn { &mut torn } else { &mut whole }.push(run);
+                }
+                before = frame;
+            }
+            let from = finder.torn_from().unwrap_or(PIXELS);
+            let by_chance = whole.iter().filter(|run| **run >= from).count();
+            assert!(by_chance <= 2, "{sd_c}, {tears}: {by_chance} from {from}");
+            assert_eq!(torn.iter().filter(|run| **run >= from).count(), tears);
+        }
     }
 }
