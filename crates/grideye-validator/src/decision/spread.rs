@@ -16,6 +16,8 @@ pub(crate) enum Statistic {
         is_warmer: bool,
         stays: bool,
     },
+    /// The warmest block of each stretch, in the mean: somebody who goes about, a little in each.
+    Somewhere,
     /// Of a subject.
     Contrast(usize),
     /// To the scene rather than to an alternative.
@@ -28,7 +30,7 @@ const KINDS: usize = 3;
 impl Statistic {
     /// All that a recording has.
     fn all(of: &Statistics) -> Vec<Self> {
-        let mut all = vec![Self::Lag, Self::Misfit];
+        let mut all = vec![Self::Lag, Self::Misfit, Self::Somewhere];
         for stays in [false, true] {
             all.extend([true, false].map(|is_warmer| Self::Block { is_warmer, stays }));
         }
@@ -40,7 +42,7 @@ impl Statistic {
     fn kind(self) -> usize {
         match self {
             Self::Lag | Self::Misfit | Self::Contrast(_) => 0,
-            Self::Block { .. } => 1,
+            Self::Block { .. } | Self::Somewhere => 1,
             Self::Likeness(_) => 2,
         }
     }
@@ -155,9 +157,9 @@ impl Spread {
             .map(Statistic::all)
             .unwrap_or_default();
         let distribution = |statistic: Statistic| {
-            // The four of blocks are too few to be far in their own worlds.
+            // The five of blocks are too few to be far in their own worlds.
             let worlds = match statistic {
-                Statistic::Block { .. } => of_kinds,
+                Statistic::Block { .. } | Statistic::Somewhere => of_kinds,
                 _ => of_statistics,
             };
             let values = worlds.iter().map(|one| spread.value(statistic, one));
@@ -190,11 +192,25 @@ impl Spread {
         far.fold((0, f64::NEG_INFINITY), farther)
     }
 
+    /// How far the warmest block of each stretch is beyond the scene, in standard deviations, in the mean.
+    fn somewhere(&self, statistics: &Statistics) -> f64 {
+        let blocks = statistics.blocks.chunks(BLOCKS);
+        let stretches = blocks.zip(self.blocks.chunks(BLOCKS));
+        let number = (statistics.blocks.len() / BLOCKS).saturating_sub(1);
+        let warmest = stretches.take(number).map(|(blocks, laws)| {
+            let far = blocks.iter().zip(laws);
+            let far = far.map(|(value, (mean, scales))| (value - mean) / scales[0]);
+            f64::from(far.fold(f32::NEG_INFINITY, f32::max))
+        });
+        warmest.sum::<f64>() / count(number.max(1))
+    }
+
     fn value(&self, statistic: Statistic, of: &Statistics) -> f64 {
         match statistic {
             Statistic::Lag => of.lag_s,
             Statistic::Misfit => of.misfit,
             Statistic::Block { is_warmer, stays } => self.block(of, is_warmer, stays).1,
+            Statistic::Somewhere => self.somewhere(of),
             Statistic::Contrast(subject) => of.contrasts[subject].max(0.01).ln(),
             Statistic::Likeness(alternative) => -of.likeness[alternative].max(LIKENESS_LEAST),
         }
@@ -288,6 +304,10 @@ impl Spread {
             }
             Statistic::Misfit => "it differs from the scene all over".to_owned(),
             Statistic::Block { is_warmer, stays } => block(is_warmer, stays),
+            Statistic::Somewhere => format!(
+                "again and again it is warmer somewhere: {}",
+                block(true, false)
+            ),
             Statistic::Contrast(subject) => {
                 let times = fixed(statistics.contrasts[subject], 2);
                 let name = view

@@ -47,7 +47,8 @@ fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
         Statistic::Lag => {
             "Check in which second of the scene the recording starts (`--start`), and the clocks."
         }
-        Statistic::Block {
+        Statistic::Somewhere
+        | Statistic::Block {
             is_warmer: true, ..
         } => {
             "Check what is warm there: a person or an object that the scene lacks, or that is elsewhere."

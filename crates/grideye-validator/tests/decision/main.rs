@@ -178,6 +178,18 @@ fn wrong_recordings_do_not_agree() {
     }
 }
 
+/// Four of 300 in which one more walks along the edge of the image, a little warmer than the scene in each second: no single
+/// second says so.
+#[test]
+fn one_more_who_is_faint_in_each_second_is_seen() {
+    let scene = scene(WALK, 60, "");
+    for seed in [16, 85, 170, 189] {
+        let records = record(WALK, 60, Truth::More, UNIT, FIRST_SEED + seed);
+        let found = compare_scene(&records, &scene, SENSOR, &options()).unwrap();
+        assert_eq!(found.judgment.verdict, Verdict::Disagrees, "{seed}");
+    }
+}
+
 /// With all laws twice as wide, none of them agrees either.
 #[test]
 fn tolerance_does_not_buy_agreement() {
