@@ -5,13 +5,11 @@ use crate::decision::alternative::Alternative;
 use crate::decision::model::{Model, Statistics};
 use crate::decision::recording::{Recording, fill};
 use crate::decision::spread::{Spread, Statistic, is_outside, one_in_a_hundred};
-use crate::decision::template::mean;
 use crate::decision::view::{Image, View, add, each_less};
-use crate::decision::world::{Drawn, Law, World};
+use crate::decision::world::{Drawn, Looks, World, looks};
 use crate::names::named;
-use crate::numbers::{count, single};
+use crate::numbers::count;
 use grideye_scene::Laws;
-use grideye_scene::uncertain::Uncertain;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
@@ -36,9 +34,6 @@ pub struct Decision {
     pub refused_aside_m: Option<f64>,
     /// What else the recording could show.
     pub alternatives: Vec<Alternatively>,
-    /// The law that keeps these from being told apart most: its key, and its standard deviation.
-    #[serde(skip)]
-    pub(crate) too_wide: Option<(Law, String)>,
     /// Whether it shows nothing but the room and noise, as far as can be told; of a refused one, also that nobody is elsewhere.
     pub is_empty: bool,
     /// How far the level of all pixels runs away from the scene's, beyond the slow drift that was removed, °C.
@@ -92,10 +87,8 @@ const OF_ALTERNATIVE: usize = 100;
 const OF_NEAR: usize = 400;
 /// Of those, as many are looked at: the most like the scene.
 const LOOKED_AT: usize = 60;
-/// Pictures of worlds that are kept for all alternatives: 51 megabytes, and as many of the looks of each person.
+/// Pictures of worlds that are kept for all alternatives: 51 megabytes.
 const PICTURES_KEPT: usize = 200_000;
-/// Alternatives that are asked which law is too wide to tell them apart: as many as are named.
-const UNTOLD_MOST: usize = 3;
 /// Worlds of each offset that is tried.
 const OF_OFFSET: usize = 30;
 /// Offsets that are tried for [`Decision::refused_aside_m`], meters.
@@ -252,10 +245,6 @@ pub(crate) fn decide(
     let are_asked = !worlds.view.people.is_empty() && !how.is_brief;
     let mut offsets = OFFSETS_M.into_iter().filter(|_| are_asked);
     let refused_aside_m = offsets.find(|aside_m| worlds.refuse_aside(*aside_m, &is_agreed));
-    let too_wide = match how.is_brief {
-        true => None,
-        false => worlds.too_wide(&alternatives, &right),
-    };
     let nobody = alternatives
         .iter()
         .find(|one| one.of == Alternative::Nobody);
@@ -288,7 +277,6 @@ pub(crate) fn decide(
         refused_aside_m,
         is_empty,
         alternatives,
-        too_wide,
         drift_c: view.drift_c(&recording.pictures),
         frames: recording.frames - recording.strays,
         pictures: recording.pictures.len() - recording.missing.len(),
@@ -307,6 +295,8 @@ struct Worlds<'a> {
     random: ChaCha8Rng,
     /// What units added to the first right worlds, for others to use again.
     errors: Vec<Vec<Image>>,
+    /// The same of how its people looked.
+    looks: Vec<Looks>,
     /// The first of those that alternatives change.
     others: Vec<World>,
     is_stopped: fn() -> bool,
@@ -331,6 +321,7 @@ impl<'a> Worlds<'a> {
             recording,
             random,
             errors: Vec::with_capacity(OF_ALTERNATIVE),
+            looks: Vec::with_capacity(OF_ALTERNATIVE),
             others: Vec::new(),
             is_stopped,
         }
@@ -342,12 +333,14 @@ impl<'a> Worlds<'a> {
                 return None;
             }
             let drawn = Drawn::of(self.view, self.laws, &mut self.random);
-            let shown = drawn.shown(self.view);
+            let looks = looks(self.view, self.laws, &mut self.random);
+            let shown = drawn.looking(&looks).shown(self.view);
             let unit = &self.recording.unit;
             let error = unit.errors(self.view.len(), &mut self.random);
             let statistics = self.model.of(&self.recorded(shown, &error));
             if self.errors.len() < OF_ALTERNATIVE {
                 self.errors.push(error);
+                self.looks.push(looks);
             }
             Some(statistics)
         };
@@ -418,7 +411,11 @@ impl<'a> Worlds<'a> {
     fn other(&mut self, index: usize) -> World {
         let mut random = self.random.clone();
         random.set_stream(1 + u64::try_from(index).unwrap_or(0));
-        World::new(Drawn::of(self.view, self.laws, &mut random), self.view)
+        let drawn = Drawn::of(self.view, self.laws, &mut random);
+        World::new(
+            drawn.looking(&self.looks[index % self.looks.len()]),
+            self.view,
+        )
     }
 
     fn world_of(&mut self, alternative: &Alternative, index: usize) -> Vec<Image> {
@@ -431,73 +428,6 @@ impl<'a> Worlds<'a> {
         };
         let shown = alternative.shown(self.view, other);
         self.recorded(shown, &self.errors[index % self.errors.len()])
-    }
-
-    /// The law that lets most recordings of what is not told apart look like this one, if without it they would be half as
-    /// many.
-    fn too_wide(&mut self, alternatives: &[Alternatively], right: &Right) -> Option<(Law, String)> {
-        let untold = alternatives.iter().enumerate();
-        let untold = untold.filter(|(_, one)| one.finding() == Finding::Open);
-        let untold: Vec<_> = untold.take(UNTOLD_MOST).collect();
-        let beyond = |worlds: &mut Self, law: Option<Law>| -> f64 {
-            let drawn = (0..OF_ALTERNATIVE.min(worlds.others.len())).map(|index| {
-                let drawn = worlds.others[index].drawn.clone();
-                let drawn = law.map_or(drawn.clone(), |law| drawn.knowing(law));
-                let world = World::new(drawn, worlds.view);
-                let mut error = worlds.errors[index % worlds.errors.len()].clone();
-                if law == Some(Law::Background) {
-                    without_mean(&mut error);
-                }
-                let of = untold.iter().map(|(hypothesis, one)| {
-                    let shown = one.of.shown(worlds.view, &world);
-                    let recorded = worlds.recorded(shown, &error);
-                    let beyond = worlds.model.likeness(*hypothesis, &recorded) - one.likeness;
-                    match beyond > 0.0 && !right.refuses(&worlds.model.of(&recorded)) {
-                        true => beyond,
-                        false => 0.0,
-                    }
-                });
-                of.sum::<f64>()
-            });
-            drawn.sum()
-        };
-        if untold.is_empty() {
-            return None;
-        }
-        let all = beyond(self, None);
-        let left = self
-            .open_laws()
-            .into_iter()
-            .map(|(law, told)| (beyond(self, Some(law)), law, told));
-        let (left, law, told) = left.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (left < 0.5 * all).then_some((law, told))
-    }
-
-    /// The laws that leave anything open, each with its key and standard deviation.
-    fn open_laws(&self) -> Vec<(Law, String)> {
-        let told = |key: &str, sd: f64| format!("`{key}` (sd {sd})");
-        let mut all = Vec::new();
-        for (number, response) in self.view.responses.iter().enumerate() {
-            let known = self.laws.numbers.iter().find(|one| one.key == response.key);
-            let sd = known.and_then(Uncertain::known).map_or(0.0, |law| law.sd);
-            all.push((Law::Number(number), told(&response.key, sd)));
-        }
-        for (person, (walker, law)) in self.view.people.iter().zip(&self.laws.agents).enumerate() {
-            let of = [
-                (Law::Contrast(person), "contrast", law.contrast_sd),
-                (Law::Aside(person), "aside_m", law.place_sd_m),
-                (Law::Wander(person), "wander_m", law.wander_sd_m),
-            ];
-            let of = of.into_iter().filter(|(_, _, sd)| *sd > 0.0);
-            all.extend(
-                of.map(|(law, key, sd)| (law, told(&format!("agent.{}.{key}", walker.name), sd))),
-            );
-        }
-        all.push((Law::Lag, told("recording.start_s", self.laws.lag_sd_s)));
-        let open = self.recording.unit.open.iter();
-        let open: Vec<&str> = open.map(|(told, _)| told.as_str()).collect();
-        all.push((Law::Background, open.join(", ")));
-        all
     }
 
     /// Whether all that is warm in it, anywhere and at any time, is hardly more than noise; if it is no recording of the scene,
@@ -547,12 +477,6 @@ impl<'a> Worlds<'a> {
         let most = number / 10;
         agreed.take(most + 1).count() <= most
     }
-}
-
-/// Leaves what changes.
-fn without_mean(error: &mut [Image]) {
-    let mean = mean(error).map(single);
-    error.iter_mut().for_each(|image| add(image, &mean, -1.0));
 }
 
 /// Keeps the worlds that are most like the scene, those first.

@@ -30,4 +30,3 @@ pub(crate) use decide::{How, decide};
 pub(crate) use recording::Recording;
 pub(crate) use spread::Statistic;
 pub(crate) use view::{Image, Rendered, View};
-pub(crate) use world::Law;

@@ -60,7 +60,6 @@ type Places = HashMap<(i32, i32, u8), Box<Image>, FixedState>;
 
 /// What one uncertain number of a scene adds.
 pub(crate) struct Response {
-    pub(crate) key: String,
     /// To the scene, and to its room without people.
     pub(crate) whole: Effect,
     pub(crate) room: Effect,
@@ -209,7 +208,6 @@ impl View {
                 Ok::<_, SceneError>(Effect::new(own, &below?, &above?))
             };
             self.responses.push(Response {
-                key: variant.key.clone(),
                 whole: effect(&own, Scene::clone)?,
                 room: effect(&self.room, Scene::without_agents)?,
             });

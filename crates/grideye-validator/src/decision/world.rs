@@ -2,25 +2,12 @@
 
 use crate::constants::OBJECTS_SD;
 use crate::decision::view::{Image, View, add};
-use crate::numbers::{count, single};
+use crate::numbers::single;
 use grideye_frame::PIXELS;
-use grideye_scene::Laws;
+use grideye_scene::{AgentLaws, Laws};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-
-/// One of the laws that worlds draw from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Law {
-    /// Of the file's number with this response.
-    Number(usize),
-    /// Of a person.
-    Contrast(usize),
-    Aside(usize),
-    Wander(usize),
-    Lag,
-    /// Of unit and room, and of how the sensor is mounted.
-    Background,
-}
+use std::sync::Arc;
 
 /// What one world draws of its scene.
 #[derive(Debug, Clone, Default)]
@@ -32,9 +19,11 @@ pub(crate) struct Drawn {
     /// How many standard deviations each uncertain number of the scene is off.
     numbers: Vec<f32>,
     lag_s: f64,
-    /// For each person and picture, how many times each pixel of what it adds; once if empty.
-    looks: Vec<Vec<Image>>,
+    looks: Looks,
 }
+
+/// For each person and picture, how many times each pixel of what it adds; once if empty.
+pub(crate) type Looks = Arc<Vec<Vec<Image>>>;
 
 /// A world, and what is seen of it beyond the room, without noise.
 pub(crate) struct World {
@@ -74,8 +63,18 @@ fn wander<'a, const N: usize>(
     })
 }
 
+pub(crate) fn looks(view: &View, laws: &Laws, random: &mut ChaCha8Rng) -> Looks {
+    let of = |law: &AgentLaws| {
+        let more = wander(law.looks_sd, law.wander_over_s, &view.times_s, random);
+        let looks = more.map(|pixels| pixels.map(|more| single(1.0 + more)));
+        looks.collect()
+    };
+    let laws = laws.agents.iter().filter(|law| law.looks_sd > 0.0);
+    Looks::new(laws.map(of).collect())
+}
+
 impl Drawn {
-    /// Draws within the laws.
+    /// Draws within the laws, all but looks.
     pub(crate) fn of(view: &View, laws: &Laws, random: &mut ChaCha8Rng) -> Self {
         let people = view.people.iter().zip(&laws.agents).map(|(walker, law)| {
             let contrast = single(normal(random, law.contrast_sd).exp());
@@ -87,7 +86,7 @@ impl Drawn {
             (contrast, places)
         });
         let people = people.collect();
-        let mut drawn = Self {
+        Self {
             people,
             objects: single(normal(random, OBJECTS_SD).exp()),
             numbers: view
@@ -96,14 +95,13 @@ impl Drawn {
                 .map(|_| single(normal(random, 1.0)))
                 .collect(),
             lag_s: normal(random, laws.lag_sd_s),
-            looks: Vec::new(),
-        };
-        for law in laws.agents.iter().filter(|law| law.looks_sd > 0.0) {
-            let more = wander(law.looks_sd, law.wander_over_s, &view.times_s, random);
-            let looks = more.map(|pixels| pixels.map(|more| single(1.0 + more)));
-            drawn.looks.push(looks.collect());
+            looks: Looks::default(),
         }
-        drawn
+    }
+
+    pub(crate) fn looking(self, looks: &Looks) -> Self {
+        let looks = Arc::clone(looks);
+        Self { looks, ..self }
     }
 
     /// The same world with one of its people further aside.
@@ -124,7 +122,7 @@ impl Drawn {
         for (walker, law) in view.people.iter().zip(&mut steady.agents) {
             let wander_sd_m = if walker.moves { law.wander_sd_m } else { 0.0 };
             law.place_sd_m = law.place_sd_m.hypot(wander_sd_m);
-            (law.wander_sd_m, law.contrast_sd, law.looks_sd) = (0.0, 0.0, 0.0);
+            (law.wander_sd_m, law.contrast_sd) = (0.0, 0.0);
         }
         let mut one = Self::of(view, &steady, random);
         one.objects = 1.0;
@@ -134,29 +132,6 @@ impl Drawn {
         let places = other.people.iter_mut().flat_map(|(_, places)| places);
         places.for_each(|place| *place = place.map(|aside_m| -aside_m));
         [one, other]
-    }
-
-    /// The same world if a law were known.
-    pub(crate) fn knowing(mut self, law: Law) -> Self {
-        match law {
-            Law::Number(number) => self.numbers[number] = 0.0,
-            Law::Contrast(person) => self.people[person].0 = 1.0,
-            // What a person is aside all the time is nearly the mean of what it is aside.
-            Law::Aside(person) | Law::Wander(person) => {
-                let places = &mut self.people[person].1;
-                let all = count(places.len().max(1));
-                let mean = [0, 1].map(|axis| places.iter().map(|at| at[axis]).sum::<f64>() / all);
-                for place in places {
-                    *place = match law {
-                        Law::Aside(_) => [place[0] - mean[0], place[1] - mean[1]],
-                        _ => mean,
-                    };
-                }
-            }
-            Law::Lag => self.lag_s = 0.0,
-            Law::Background => {}
-        }
-        self
     }
 
     /// The contrast of its first person.

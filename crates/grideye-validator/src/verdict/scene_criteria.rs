@@ -1,6 +1,6 @@
 //! Whether the recording is the scene's, by the decision; and whether its level is.
 
-use crate::decision::{Alternative, Alternatively, Contrast, Decision, Finding, Law, Statistic};
+use crate::decision::{Alternative, Alternatively, Contrast, Decision, Finding, Statistic};
 use crate::frames::RoomSource;
 use crate::thresholds::Thresholds;
 use crate::verdict::types::{
@@ -188,45 +188,23 @@ fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
         return asked.weighed(State::Met, sentence, Next::default());
     }
     let sentence = format!("It could also be {}.{same}", listed(&untold));
-    asked.weighed(State::Open, sentence, tells_apart(decision, evidence))
+    asked.weighed(State::Open, sentence, tells_apart(evidence))
 }
 
-/// What would tell: first a law that is too wide.
-fn tells_apart(decision: &Decision, evidence: &Evidence<'_>) -> Next {
-    match &decision.too_wide {
-        Some((law, told)) if *law != Law::Background => {
-            let how = match law {
-                Law::Number(_) => {
-                    "measure it, or find it with `grideye calibrate`, and give a smaller sd"
-                }
-                Law::Lag => "say with `--start` when the recording begins, and give a smaller sd",
-                _ => "if you know it better, give a smaller sd",
-            };
-            let is_unknown = evidence.prior.pattern.from == RoomSource::Scene;
-            let more = if is_unknown {
-                format!(" {}", PROFILE.0)
-            } else {
-                String::new()
-            };
-            let step =
-                format!("The law of {told} is too wide to tell: {how} in [[uncertain]].{more}");
-            (step, format!("a narrower law of {told}")).into()
-        }
-        _ if evidence.prior.torn().is_some() => WHOLE.into(),
-        Some((Law::Background, open)) if !open.is_empty() => {
-            let step = format!(
-                "{} Or, if you know them better than this, give in [[uncertain]] {open}.",
-                PROFILE.0
-            );
-            (step, PROFILE.1).into()
-        }
-        _ if evidence.prior.pattern.from == RoomSource::Scene => PROFILE.into(),
+/// What would tell.
+fn tells_apart(evidence: &Evidence<'_>) -> Next {
+    if evidence.prior.torn().is_some() {
+        return WHOLE.into();
+    }
+    let (step, turns) = match evidence.prior.pattern.from {
+        RoomSource::Scene => PROFILE,
         _ => (
             "Record for longer, with people who walk through the whole view.",
             "a longer recording, with people who walk through the whole view",
-        )
-            .into(),
-    }
+        ),
+    };
+    let known = "If you know more than the scene leaves open, give a smaller sd in [[uncertain]].";
+    (format!("{step} {known}"), turns).into()
 }
 
 pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {

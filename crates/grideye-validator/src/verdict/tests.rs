@@ -21,7 +21,6 @@ fn right() -> Decision {
         right: 0.4,
         worst: "it is 0.05 s later than the scene".to_owned(),
         cause: Statistic::Lag,
-        too_wide: None,
         contrasts: vec![Contrast {
             of: Some("anna".to_owned()),
             found: 1.1,
