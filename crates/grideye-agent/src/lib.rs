@@ -69,5 +69,6 @@ mod lock;
 pub mod log;
 pub mod output;
 pub mod queue;
+mod ranges;
 pub mod sampler;
 pub mod spool;

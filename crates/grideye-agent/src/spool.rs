@@ -3,7 +3,7 @@
 //! ```text
 //!   segment-0000000000000007   header │ stream │ account │ frame │ frame │ …        appended, then synced
 //!   segment-0000000000000008   header │ stream │ account │ frame │ …  ◀─ writing
-//!   state                      cursor: segment 7, byte 4321; boots not yet fully reported to the collector
+//!   state                      cursor: segment 7, byte 4321; boots not yet fully reported to the collector, and the last others
 //!   quarantine/                unreadable data, and records that the collector rejects
 //!   lock                       locked while an agent uses the folder
 //! ```
@@ -17,6 +17,7 @@
 //! * After a failed write or sync the segment is abandoned, and the records, still in memory, go to a new one.
 //! * When the spool is full, the oldest segment is dropped, and its frames count as [`SPOOL_FULL`].
 //! * After a kill, the next boot reports for the killed one: its records go first, with an account marked as ended.
+//! * After that, the last ended boots stay in the state, to be reported again if the collector loses them.
 //! * Files of a later version of this program are rejected by name, and nothing in the folder changes.
 //! * If the collector forbids a boot's records, they are held, and later boots go on.
 
@@ -27,7 +28,6 @@ mod index;
 mod limits;
 mod name;
 mod quarantine;
-mod ranges;
 mod recover;
 mod runs;
 pub mod segment;
@@ -41,4 +41,5 @@ pub use limits::{
     Limits, QUARANTINE_BYTES_MAX, READS_MAX, RUNS_AHEAD_MAX, RUNS_MAX, SEGMENT_BYTES,
     SPOOL_DAMAGED, SPOOL_FULL,
 };
+pub(crate) use runs::count_lost;
 pub use types::{Content, Dropped, Written};

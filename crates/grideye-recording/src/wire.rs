@@ -21,8 +21,9 @@ mod values;
 
 pub use error::WireError;
 pub use types::{
-    Account, Acknowledgement, BINARY_TYPE, Batch, FRAME_BYTES_MAX, FRAMES_MAX, GAPS_MAX, Gap,
-    JSON_TYPE, LOST_IN_MEMORY, REASONS_MAX, SENSORS_MAX, SensorBatch,
+    Account, Acknowledgement, BINARY_TYPE, BOOTS_TOLD_AGAIN, Batch, FRAME_BYTES_MAX, FRAMES_MAX,
+    GAPS_MAX, Gap, JSON_TYPE, LOST_BY_COLLECTOR, LOST_IN_MEMORY, REASONS_MAX, SENSORS_MAX,
+    SensorBatch,
 };
 
 impl Batch {

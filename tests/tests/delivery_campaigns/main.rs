@@ -19,6 +19,7 @@ mod disks;
 mod proxy;
 mod seeded;
 mod spooled;
+mod went_back;
 
 use agents::Agents;
 use books::{Books, Ends, settle};

@@ -10,6 +10,12 @@
 //! A post without a clear answer may have arrived. Nothing else is sent until it gets an answer, so the collector's
 //! count and the agent's agree after every batch that arrives.
 //!
+//! A collector whose store was replaced by an older one lacks frames that it had acknowledged. Its answers show it:
+//! acknowledged numbers are gaps, or above `durable_through`. Such frames go out again if the disk still has them, and
+//! the others move from acknowledged to dropped (`lost-by-collector`). Then the last [`BOOTS_TOLD_AGAIN`](wire::BOOTS_TOLD_AGAIN) ended boots are
+//! reported again, which shows their losses in the same way; the boot before is reported at each start. Retention
+//! looks like no loss, because a collector keeps the numbers of that many boots when their frames are deleted.
+//!
 //! If the collector forbids records of the current boot, they are retried like any failure. Records of an earlier boot,
 //! possibly under another device name, are held on the disk for [`HELD_FOR`] while the others go on.
 
@@ -21,7 +27,7 @@ use crate::batch::{Batch, Item, Lane, is_durable};
 use crate::log::Log;
 use crate::queue::Shared;
 use crate::spool::{QUARANTINE, RUNS_MAX};
-use grideye_recording::wire::{self, Acknowledgement};
+use grideye_recording::wire::{self, Acknowledgement, LOST_BY_COLLECTOR};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -269,11 +275,12 @@ impl<P: Post> Scheduler<P> {
         let stored = batch.items.iter().take_while(is_stored).count();
         batch.items.truncate(stored);
         let is_own = self.is_own(&batch);
-        if sent == 0 && !is_own {
-            self.told(&batch.boot);
-        }
         let (lane, boot) = (batch.lane, batch.boot);
         self.shared.settle(batch.items, None);
+        let went_back = stored == sent && self.went_back(&boot, is_own, answer);
+        if sent == 0 && !is_own && !went_back {
+            self.told(&boot);
+        }
         if stored < sent {
             self.begun.clear();
         }
@@ -308,6 +315,18 @@ impl<P: Post> Scheduler<P> {
         let turn = self.turn(lane);
         (turn.failures, turn.due) = (0, now + pause);
         true
+    }
+
+    /// Whether the collector lost frames of this boot that it had acknowledged.
+    fn went_back(&self, boot: &str, is_own: bool, answer: &Acknowledgement) -> bool {
+        let lost = self.shared.look_back(boot, is_own, answer);
+        if let Some((again, gone)) = lost {
+            self.log.error(format!(
+                "the collector no longer has {} frames of boot {boot} that it had acknowledged: {again} are still here and are sent again, {gone} are lost and count as {LOST_BY_COLLECTOR}, as after the restore of an older store",
+                again + gone
+            ));
+        }
+        lost.is_some()
     }
 
     /// The collector knows that this boot ended.

@@ -256,7 +256,7 @@ impl Spooler {
             ring.stream_accounts()
         });
         let tidied = spool.tidy(false);
-        let closed = tidied.and_then(|()| spool.close(&accounts));
+        let closed = tidied.and_then(|()| spool.checkpoint(&accounts));
         if closed.is_err() {
             self.log.warning("the spool's state could not be written: the next start may send some frames again, which is harmless");
         }

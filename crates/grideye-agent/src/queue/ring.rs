@@ -9,10 +9,11 @@
 //! Without a disk, everything is in memory.
 
 use crate::batch::{Batch, Item, Lane, OWN_FIRST};
-use crate::limits::{LIVE_FOR, RING_FRAMES_MAX};
-use crate::spool::Dropped;
+use crate::limits::{ACKNOWLEDGED_RANGES_MAX, LIVE_FOR, RING_FRAMES_MAX};
+use crate::ranges::Ranges;
+use crate::spool::{Dropped, count_lost};
 use grideye_frame::Reading;
-use grideye_recording::wire::Account;
+use grideye_recording::wire::{Account, Acknowledgement};
 use grideye_recording::{Record, StreamId};
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
@@ -53,6 +54,16 @@ struct Stream {
     id: Arc<StreamId>,
     account: Account,
     acknowledged: u64,
+    /// The numbers of these frames; the oldest are forgotten when there are too many ranges.
+    numbers: Ranges,
+}
+
+impl Stream {
+    fn acknowledge(&mut self, seq: u64) {
+        self.acknowledged += 1;
+        self.numbers.insert(seq);
+        self.numbers.keep_highest(ACKNOWLEDGED_RANGES_MAX);
+    }
 }
 
 #[derive(Debug)]
@@ -79,6 +90,7 @@ impl Ring {
             }),
             account: Account::default(),
             acknowledged: 0,
+            numbers: Ranges::default(),
         };
         Self {
             limit: limit.clamp(1, RING_FRAMES_MAX),
@@ -248,7 +260,34 @@ impl Ring {
                     counts.remove(*reason);
                 }
             }
-            stream.acknowledged += u64::from(item.is_frame());
+            if item.is_frame() {
+                stream.acknowledge(item.record.seq);
+            }
+        }
+    }
+
+    /// The numbers of the acknowledged frames, by sensor.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = (&str, &Ranges)> {
+        let streams = self.streams.iter();
+        streams.map(|stream| (stream.id.sensor.as_str(), &stream.numbers))
+    }
+
+    /// What the collector acknowledged and, by this answer, no longer has.
+    pub(crate) fn lost(&self, answer: &Acknowledgement) -> Vec<(Arc<StreamId>, Ranges)> {
+        let of_stream = |stream: &Stream| {
+            let lost = stream.numbers.lost(answer, &stream.id.sensor);
+            (Arc::clone(&stream.id), lost)
+        };
+        self.streams.iter().map(of_stream).collect()
+    }
+
+    /// Accounts for frames that the collector lost, `again` of which wait on the disk again.
+    pub(crate) fn lose(&mut self, id: &Arc<StreamId>, lost: &Ranges, again: u64) {
+        if let Some(stream) = self.stream_mut(id) {
+            stream.numbers.remove(lost);
+            stream.acknowledged -= lost.count();
+            stream.account.spooled += again;
+            count_lost(&mut stream.account.dropped, lost, again);
         }
     }
 
@@ -344,7 +383,7 @@ impl Ring {
             account.spooled = account.spooled.saturating_sub(1);
         }
         match (item.is_frame(), reason) {
-            (true, None) => stream.acknowledged += 1,
+            (true, None) => stream.acknowledge(item.record.seq),
             (true, Some(reason)) => *account.dropped.entry(reason.to_owned()).or_default() += 1,
             (false, None) => {}
             (false, Some(_)) => count(&mut account.errors, ROWS_DROPPED, 1),

@@ -3,8 +3,10 @@
 use super::ring::{RING_FULL, Ring};
 use crate::batch::{Batch, Item};
 use crate::lock::lock;
+use crate::ranges::Ranges;
 use crate::spool::{Dropped, SPOOL_DAMAGED, SPOOL_FULL, Spool};
 use grideye_frame::{NoData, Reading};
+use grideye_recording::wire::Acknowledgement;
 use grideye_recording::{ClockState, Record};
 use std::collections::BTreeMap;
 use std::io;
@@ -93,6 +95,38 @@ impl Shared {
         }
     }
 
+    /// Looks in an answer about a boot for frames that the collector had acknowledged and does not have any more: they are
+    /// sent again if they are on the disk, and the others are counted. Returns how many of both.
+    pub(crate) fn look_back(
+        &self,
+        boot: &str,
+        is_own: bool,
+        answer: &Acknowledgement,
+    ) -> Option<(u64, u64)> {
+        let of_own = is_own.then(|| self.with_ring(|ring| ring.lost(answer)));
+        let is_any = |lost: &Vec<(_, Ranges)>| lost.iter().any(|(_, lost)| !lost.is_empty());
+        if of_own.as_ref().is_some_and(|lost| !is_any(lost)) {
+            return None;
+        }
+        let mut spool = self.spool();
+        let of_ended = || Some(spool.as_ref()?.lost(boot, answer));
+        let lost = of_own.or_else(of_ended).filter(is_any)?;
+        let (mut all, mut sent_again) = (0, 0);
+        for (id, lost) in &lost {
+            let again = spool.as_mut().map(|spool| spool.send_again(id, lost));
+            let again = again.unwrap_or(0);
+            match spool.as_mut() {
+                Some(spool) if !is_own => spool.lose(id, lost, again),
+                _ => self.with_ring(|ring| ring.lose(id, lost, again)),
+            }
+            (all, sent_again) = (all + lost.count(), sent_again + again);
+        }
+        if let Some(spool) = spool.as_mut() {
+            spool.tell_again();
+        }
+        Some((sent_again, all - sent_again))
+    }
+
     /// The oldest records that only the disk has, all of one boot, at most `records_max`. None while it is in use.
     pub(crate) fn next_on_disk(&self, records_max: usize) -> io::Result<Option<Batch>> {
         let mut spool = self.spool_if_free();
@@ -113,6 +147,9 @@ impl Shared {
         self.with_ring(|ring| {
             ring.written(written);
             spool.settle(ring.take_settled());
+            for (sensor, numbers) in ring.numbers() {
+                spool.acknowledged(sensor, numbers);
+            }
             let dropped = spool.take_dropped();
             dropped
                 .iter()

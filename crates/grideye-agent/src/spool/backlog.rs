@@ -35,11 +35,13 @@ impl Spool {
         let boot = items.first().map(|item| item.stream.boot.clone());
         let (here, gone): (Vec<Item>, Vec<Item>) =
             items.into_iter().partition(|item| self.take(item));
-        if let Some(reason) = reason {
-            for item in here.iter().filter(|item| item.is_frame()) {
-                if let Some(count) = self.run_of(&item.stream) {
+        for item in here.iter().filter(|item| item.is_frame()) {
+            match (self.run_of(&item.stream), reason) {
+                (None, _) => {}
+                (Some(count), Some(reason)) => {
                     *count.dropped.entry(reason.to_owned()).or_default() += 1;
                 }
+                (Some(count), None) => count.acknowledged.insert(item.record.seq),
             }
         }
         for item in gone.iter().filter(|item| item.is_frame()) {

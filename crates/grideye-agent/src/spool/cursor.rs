@@ -46,18 +46,6 @@ impl Spool {
         self.save()
     }
 
-    /// Like [`Spool::checkpoint`], at the end of a boot. If everything was delivered, the next start need not report
-    /// for it.
-    ///
-    /// # Errors
-    /// Disk errors.
-    pub fn close(&mut self, accounts: &[(Arc<StreamId>, Account)]) -> io::Result<()> {
-        if accounts.iter().all(|(_, account)| account.spooled == 0) {
-            self.own_run.sensors.clear();
-        }
-        self.checkpoint(accounts)
-    }
-
     fn move_cursor(&mut self) {
         let waiting = self
             .segments
@@ -78,9 +66,7 @@ impl Spool {
 
     pub(super) fn save(&mut self) -> io::Result<()> {
         let mut runs = self.runs.clone();
-        if !self.own_run.sensors.is_empty() {
-            runs.push(self.own_run.clone());
-        }
+        runs.push(self.own_run.clone());
         let cursor = self.cursor;
         let state = State { cursor, runs };
         replace(self.disk.as_mut(), STATE, &state.to_bytes())

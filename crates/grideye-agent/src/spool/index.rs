@@ -73,6 +73,7 @@ impl Spool {
                 device: device.to_owned(),
                 boot: boot.to_owned(),
                 sensors: sensors.map(|sensor| (sensor, Count::default())).collect(),
+                is_told: false,
             },
             held: BTreeSet::new(),
             cursor: Cursor::default(),

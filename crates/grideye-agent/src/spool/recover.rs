@@ -6,7 +6,7 @@ use super::limits::{RUNS_MAX, SEGMENT_READ_MAX};
 use super::name::{name_of, number_of};
 use super::segment::{Entries, Entry, Fault, HEADER_BYTES, VERSION, check_header};
 use super::state::{Count, Run, STATE, STATE_BYTES_MAX, STATE_VERSION, State};
-use super::types::Segment;
+use super::types::{Segment, offset};
 use grideye_recording::StreamId;
 use std::sync::Arc;
 
@@ -178,13 +178,9 @@ impl Spool {
                 let Some(segment) = self.segments.get_mut(&number) else {
                     return;
                 };
-                if is_needed {
-                    let is_frame = record.reading.frame().is_some();
-                    segment.push(self.next_found, &id, is_frame, is_new);
-                    self.next_found += 1;
-                } else {
-                    segment.from = end;
-                }
+                let is_frame = record.reading.frame().is_some();
+                segment.push(self.next_found, &id, is_frame, is_new && is_needed);
+                self.next_found += 1;
             }
             (_, None) => {}
         }
@@ -210,6 +206,7 @@ impl Spool {
             device: id.device.clone(),
             boot: id.boot.clone(),
             sensors: [(id.sensor.clone(), Count::default())].into(),
+            is_told: false,
         });
     }
 
@@ -231,8 +228,4 @@ impl Spool {
             rest.len()
         ));
     }
-}
-
-fn offset(bytes: usize) -> u64 {
-    u64::try_from(bytes).unwrap_or(u64::MAX)
 }

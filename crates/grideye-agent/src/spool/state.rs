@@ -1,10 +1,11 @@
-//! The spool's `state` file: where the needed segments start, and which boots are not yet fully reported to the
-//! collector.
+//! The spool's `state` file: where the needed segments start, and the boots that are not yet fully reported to the
+//! collector, or were lately.
 //!
 //! One line with version and checksum, then JSON that people can read. The file is replaced as a whole. The line has
 //! the same form in every version.
 
 use super::segment::crc32c;
+use crate::ranges::Ranges;
 use grideye_recording::wire::Account;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -27,13 +28,16 @@ pub(super) struct Cursor {
     pub(super) offset: u64,
 }
 
-/// One boot of the agent that is not yet fully reported to the collector.
+/// One boot of the agent.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Run {
     pub(super) device: String,
     pub(super) boot: String,
     pub(super) sensors: BTreeMap<String, Count>,
+    /// The collector knows all of it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(super) is_told: bool,
 }
 
 /// An account as stored.
@@ -44,6 +48,9 @@ pub(super) struct Count {
     pub(super) missing: u64,
     pub(super) dropped: BTreeMap<String, u64>,
     pub(super) errors: BTreeMap<String, u64>,
+    /// The frames that the collector acknowledged, as far as they are known.
+    #[serde(default, skip_serializing_if = "Ranges::is_empty")]
+    pub(super) acknowledged: Ranges,
 }
 
 impl Count {
@@ -138,6 +145,7 @@ mod tests {
                 device: "pi-1".to_owned(),
                 boot: "5f0c".to_owned(),
                 sensors: BTreeMap::from([("i2c-1:0x69".to_owned(), Count::default())]),
+                is_told: true,
             }],
         }
     }

@@ -1,10 +1,10 @@
 //! The spool's data: segments, the records that wait in them, and what it dropped.
 
-use super::ranges::Ranges;
 use super::segment::{Encoder, Entries, Entry, HEADER_BYTES};
 use crate::batch::Item;
+use crate::ranges::Ranges;
 use grideye_recording::StreamId;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::io;
 use std::ops::Range;
 use std::sync::Arc;
@@ -67,9 +67,13 @@ pub(super) struct Segment {
     /// Where the first record starts that may still wait.
     pub(super) from: u64,
     pub(super) streams: Vec<Arc<StreamId>>,
-    /// The positions of the records from there on, in the file's order.
-    left: VecDeque<Range<u64>>,
-    /// Those among them that do not wait.
+    /// The positions of all its records, ascending as in the file.
+    positions: Vec<Range<u64>>,
+    /// How many records are before `from`.
+    passed: usize,
+    /// The records at earlier positions do not wait.
+    begin: u64,
+    /// Nor do these of the others.
     pub(super) done: Ranges,
     /// How much waits, of each stream that has something.
     pub(super) waiting: BTreeMap<Arc<StreamId>, Content>,
@@ -79,13 +83,15 @@ pub(super) struct Segment {
 impl Segment {
     /// A segment whose file has this many bytes.
     pub(super) fn new(bytes: u64) -> Self {
-        let header = u64::try_from(HEADER_BYTES).unwrap_or(u64::MAX);
+        let header = offset(HEADER_BYTES);
         Self {
             bytes,
             end: header,
             from: header,
             streams: Vec::new(),
-            left: VecDeque::new(),
+            positions: Vec::new(),
+            passed: 0,
+            begin: 0,
             done: Ranges::default(),
             waiting: BTreeMap::new(),
             failed_reads: 0,
@@ -100,9 +106,9 @@ impl Segment {
         is_frame: bool,
         is_waiting: bool,
     ) {
-        match self.left.back_mut() {
+        match self.positions.last_mut() {
             Some(last) if last.end == position => last.end += 1,
-            _ => self.left.push_back(position..position + 1),
+            _ => self.positions.push(position..position + 1),
         }
         if is_waiting {
             let content = self.waiting.entry(Arc::clone(id)).or_default();
@@ -115,11 +121,9 @@ impl Segment {
     /// Takes one record that waits; false if it does not wait here.
     pub(super) fn take(&mut self, item: &Item) -> bool {
         let position = item.position;
-        let run = self.left.partition_point(|run| run.end <= position);
-        let is_here = self
-            .left
-            .get(run)
-            .is_some_and(|run| run.contains(&position));
+        let run = self.positions.partition_point(|run| run.end <= position);
+        let run = self.positions.get(run);
+        let is_here = position >= self.begin && run.is_some_and(|run| run.contains(&position));
         if !is_here || self.done.contains(position) {
             return false;
         }
@@ -131,35 +135,68 @@ impl Segment {
         }
         self.done.insert(position);
         if self.waiting.is_empty() {
-            (self.from, self.done) = (self.end, Ranges::default());
-            self.left.clear();
+            (self.from, self.begin, self.done) = (self.end, self.through(), Ranges::default());
+            self.passed = self.ascending(0).count();
         }
         true
     }
 
+    /// Lets those of the lost frames of a stream wait again that are here, and takes them out of `lost`. `bytes` are those
+    /// of the whole segment behind its header.
+    pub(super) fn wait_again(
+        &mut self,
+        number: u64,
+        bytes: &[u8],
+        id: &Arc<StreamId>,
+        lost: &mut Ranges,
+    ) {
+        let declared = u16::try_from(self.streams.len()).unwrap_or(u16::MAX);
+        let entries = Entries::within(number, bytes, 0, declared).map_while(Result::ok);
+        let records = entries.filter_map(|(_, entry)| match entry {
+            Entry::Record(stream, record) => Some((stream, record)),
+            _ => None,
+        });
+        let (mut done, mut frames) = (Ranges::default(), 0);
+        for (position, (stream, record)) in self.ascending(0).zip(records) {
+            if position >= self.begin && !self.done.contains(position) {
+                continue;
+            }
+            let is_of_stream = self.streams.get(usize::from(stream)) == Some(id);
+            if is_of_stream && !lost.take(&(record.seq..record.seq + 1)).is_empty() {
+                frames += 1;
+            } else {
+                done.insert(position);
+            }
+        }
+        if frames > 0 {
+            self.waiting.entry(Arc::clone(id)).or_default().frames += frames;
+            (self.from, self.passed, self.begin) = (offset(HEADER_BYTES), 0, 0);
+            self.done = done;
+        }
+    }
+
+    /// The positions of all records but the first `skipped`.
+    fn ascending(&self, skipped: usize) -> impl Iterator<Item = u64> + '_ {
+        self.positions.iter().cloned().flatten().skip(skipped)
+    }
+
     /// The oldest position that waits.
     pub(super) fn first(&self) -> Option<u64> {
-        let mut left = self.left.iter().cloned().flatten();
-        left.find(|position| !self.done.contains(*position))
+        self.ascending(self.passed)
+            .find(|position| !self.done.contains(*position))
     }
 
     /// One past the last position.
     pub(super) fn through(&self) -> u64 {
-        self.left.back().map_or(0, |run| run.end)
+        self.positions.last().map_or(0, |run| run.end)
     }
 
     /// Forgets records at the front that do not wait.
     fn skip(&mut self, records: usize) {
-        for _ in 0..records {
-            if let Some(run) = self.left.front_mut() {
-                run.start += 1;
-                if run.is_empty() {
-                    self.left.pop_front();
-                }
-            }
-        }
-        let first = self.left.front().map(|run| run.start);
+        self.passed += records;
+        let first = self.ascending(self.passed).next();
         if let Some(first) = first.filter(|first| !self.done.contains(*first)) {
+            self.begin = first;
             self.done.forget_below(first);
         }
     }
@@ -176,12 +213,12 @@ impl Segment {
         let declared = u16::try_from(self.streams.len()).unwrap_or(u16::MAX);
         let (begin, mut skipped) = (self.from, 0);
         let mut items: Vec<Item> = Vec::new();
-        let mut positions = self.left.iter().cloned().flatten();
+        let mut positions = self.positions.iter().cloned().flatten().skip(self.passed);
         for entry in Entries::within(number, bytes, 0, declared).map_while(Result::ok) {
             let (end, Entry::Record(stream, record)) = entry else {
                 continue;
             };
-            let end = begin + u64::try_from(end).unwrap_or(u64::MAX);
+            let end = begin + offset(end);
             let id = self.streams.get(usize::from(stream));
             let (Some(position), Some(id)) = (positions.next(), id) else {
                 break;
@@ -200,6 +237,11 @@ impl Segment {
         self.skip(skipped);
         items
     }
+}
+
+/// A number of bytes in a file.
+pub(super) fn offset(bytes: usize) -> u64 {
+    u64::try_from(bytes).unwrap_or(u64::MAX)
 }
 
 #[derive(Debug)]

@@ -41,9 +41,10 @@ impl Post for Line {
             for frame in &part.frames {
                 assert_eq!(*frame, record(frame.seq), "bytes as read");
                 collector.came.push((batch.device.clone(), frame.seq));
-                answer
-                    .durable_through
-                    .insert(part.sensor.clone(), frame.seq);
+            }
+            let of_device = collector.came.iter().filter(|came| came.0 == batch.device);
+            if let Some(through) = of_device.map(|came| came.1).max() {
+                answer.durable_through.insert(part.sensor.clone(), through);
             }
         }
         Posted::Durable(answer)

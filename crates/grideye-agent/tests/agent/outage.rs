@@ -522,3 +522,47 @@ proptest! {
         })?;
     }
 }
+
+/// An older store in the collector's place: what the disk still has comes again, the rest counts as lost, nothing twice.
+#[test]
+fn a_collector_that_went_back_gets_what_the_disk_has_and_the_rest_is_counted() {
+    let always = SpoolMode::Always {
+        sync_every: Duration::from_secs(1),
+    };
+    let outage = SpoolMode::Outage {
+        after: Duration::from_secs(10),
+    };
+    for (mode, is_on_disk) in [(always, true), (outage, false)] {
+        let mut agent = Agent::new(mode, Limits::new(1 << 30, 0), 3);
+        agent.run(100);
+        let older = {
+            let books = agent.books.lock().unwrap();
+            (books.came.clone(), books.runs.clone(), books.stored)
+        };
+        agent.run(100);
+        let mut lost_before = 0;
+        for _ in 0..2 {
+            let mut books = agent.books.lock().unwrap();
+            let before = books.stored;
+            (books.came, books.runs, books.stored) = older.clone();
+            drop(books);
+            agent.run(30);
+            let accounts = agent.shared.with_ring(|ring| ring.accounts());
+            let account = &accounts[SENSOR];
+            let lost = account.dropped.get("lost-by-collector").copied();
+            let lost = lost.unwrap_or(0);
+            let stored = agent.books.lock().unwrap().stored;
+            let sum = stored + lost + account.spooled;
+            assert_eq!(account.read, sum, "{account:?}");
+            // In mode `always`, what was delivered before the next sync is not on the disk.
+            let (gone, all) = (lost - lost_before, before - older.2);
+            assert!(
+                if is_on_disk { gone < all } else { gone == all },
+                "{gone} of {all}"
+            );
+            lost_before = lost;
+        }
+        let books = agent.books.lock().unwrap();
+        assert_eq!((books.twice, books.unbalanced), (0, 2));
+    }
+}

@@ -238,11 +238,12 @@ fn a_boot_that_left_nothing_on_the_disk_is_reported_exactly_once() {
     spool.told("b1");
     assert_eq!(spool.ended_run(), None);
     spool.checkpoint(&[]).unwrap();
-    // A boot that delivered everything needs no report.
-    let accounts = [(stream("b2", 0), account(9, 0))];
-    spool.close(&accounts).unwrap();
     drop(spool);
-    assert_eq!(reopen(&disk, "b3").ended_run(), None);
+    // So is one that delivered everything: the collector may have lost it since.
+    let mut spool = reopen(&disk, "b3");
+    assert_eq!(spool.ended_run().unwrap().boot, "b2");
+    spool.told("b2");
+    assert_eq!(spool.ended_run(), None);
 }
 
 #[test]
@@ -266,7 +267,7 @@ fn a_boot_that_ended_normally_with_frames_left_is_reported() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     let accounts = [(stream("b1", 0), account(9, 3))];
-    spool.close(&accounts).unwrap();
+    spool.checkpoint(&accounts).unwrap();
     drop(spool);
     let spool = reopen(&disk, "b2");
     assert_eq!(spool.ended_run().unwrap().boot, "b1");

@@ -2,13 +2,13 @@
 
 use crate::store::error::Result;
 use crate::store::row::damaged;
-use grideye_recording::wire::{Account, LOST_IN_MEMORY};
+use grideye_recording::wire::{Account, LOST_BY_COLLECTOR, LOST_IN_MEMORY};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// How an agent's reasons begin for dropping frames that it keeps in quarantine: rejected ones, which `grideye-agent resend`
-/// sends again, and those on a disk that could not be read, and may be readable later.
-const IN_QUARANTINE: [&str; 2] = ["refused-", "spool-damaged"];
+/// How an agent's reasons begin for dropping frames that may come after all: rejected ones, which `grideye-agent resend`
+/// sends again, those on a disk that could not be read, and those of a newer store, if that comes back.
+const MAY_COME: [&str; 3] = ["refused-", "spool-damaged", LOST_BY_COLLECTOR];
 
 pub(crate) fn to_json(account: &Account) -> Value {
     json!({
@@ -61,7 +61,7 @@ pub(crate) fn of_ended_run(
     merged
 }
 
-/// Frames that came out of quarantine, and are stored now, are no longer dropped. `came` frames of those that the agent
+/// Frames that came after all, and are stored now, are no longer dropped. `came` frames of those that the agent
 /// counts as spooled have arrived.
 pub(super) fn take_back(account: &mut Account, stored: u64, came: u64) {
     if account.dropped.is_empty() {
@@ -72,7 +72,7 @@ pub(super) fn take_back(account: &mut Account, stored: u64, came: u64) {
     let elsewhere = elsewhere.into_iter().fold(stored, u64::saturating_add);
     let mut surplus = elsewhere.saturating_sub(account.read);
     account.dropped.retain(|reason, count| {
-        if IN_QUARANTINE.iter().any(|kept| reason.starts_with(kept)) {
+        if MAY_COME.iter().any(|kept| reason.starts_with(kept)) {
             let taken = surplus.min(*count);
             (*count, surplus) = (*count - taken, surplus - taken);
         }

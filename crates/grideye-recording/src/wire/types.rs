@@ -77,6 +77,13 @@ pub struct Account {
 /// The reason for frames that were in the memory of a killed agent.
 pub const LOST_IN_MEMORY: &str = "lost-in-memory";
 
+/// The reason for frames that the collector acknowledged and lost, for example by the restore of an older store.
+pub const LOST_BY_COLLECTOR: &str = "lost-by-collector";
+
+/// How many ended boots an agent reports again to a collector that lost frames. A collector knows at least that many
+/// boots of a sensor, however old their frames are.
+pub const BOOTS_TOLD_AGAIN: usize = 8;
+
 /// The collector's answer, sent after commit and sync.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -5,9 +5,11 @@
 use crate::limits::Limits;
 use crate::log::{Level, LogEvent};
 use crate::store::error::Result;
+use crate::store::row::count;
 use crate::store::sqlite::read;
 use crate::store::sqlite::time::nanoseconds;
 use grideye_recording::StreamId;
+use grideye_recording::wire::BOOTS_TOLD_AGAIN;
 use rusqlite::{Connection, OptionalExtension as _, params};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -260,16 +262,19 @@ impl Retention {
     }
 }
 
-/// Deletes a boot whose frames were all deleted, if its sensor has a later one and its agent holds no more of it.
+/// Deletes a boot whose frames were all deleted, if its sensor has [`BOOTS_TOLD_AGAIN`] later ones and its agent holds no
+/// more of it.
 pub(super) fn delete_empty(connection: &Connection, key: i64) -> Result<Option<Deleted>> {
     let sql = "SELECT device, sensor, boot, last_seq FROM streams s WHERE id = ?1 AND stored + missing > 0
                    AND (account IS NULL OR account ->> 'ended' OR account ->> 'spooled' <= came_since_account)
                    AND NOT EXISTS (SELECT * FROM chunks WHERE stream_id = ?1)
                    AND NOT EXISTS (SELECT * FROM arrivals WHERE stream_id = ?1)
-                   AND EXISTS (SELECT * FROM streams o WHERE o.device = s.device AND o.sensor = s.sensor
-                               AND o.last_group > s.last_group)";
+                   AND (SELECT count(*) FROM (SELECT id FROM streams o WHERE o.device = s.device AND o.sensor = s.sensor
+                        AND o.last_group > s.last_group LIMIT ?2)) >= ?2";
     let mut statement = connection.prepare_cached(sql)?;
-    let found = statement.query_row([key], |row| Ok((read::stream_id(row, 0)?, row.get(3)?)));
+    let found = statement.query_row(params![key, count(BOOTS_TOLD_AGAIN)], |row| {
+        Ok((read::stream_id(row, 0)?, row.get(3)?))
+    });
     let Some((id, last_seq)) = found.optional()? else {
         return Ok(None);
     };
