@@ -30,7 +30,7 @@ pub(crate) fn shortened(text: &str) -> String {
 /// ```
 /// use grideye_recording::printable;
 /// assert_eq!(printable("Küche 1"), "Küche 1");
-/// assert_eq!(printable("a\u{1b}[2J\nb\u{202e}c"), "a\\u{1b}[2J\\nb\\u{202e}c");
+/// assert_eq!(printable("a\u{1b}[2J\nb\u{202e}c"), "a\\u{1b}[2J\\nb\\u202ec");
 /// ```
 #[must_use]
 pub fn printable(text: &str) -> String {
@@ -48,7 +48,9 @@ fn escaped(text: &str, kept: &[char]) -> String {
     for character in text.chars() {
         match !is_hidden(character) || kept.contains(&character) {
             true => shown.push(character),
-            false => shown.extend(character.escape_default()),
+            false if character < ' ' => shown.extend(character.escape_default()),
+            // As JSON has it, which may contain such a character as it is.
+            false => shown.push_str(&format!("\\u{:04x}", u32::from(character))),
         }
     }
     shown
