@@ -16,7 +16,9 @@ const ON_PICTURES = [
 export function commands(keys, others = ON_PICTURES) {
   const dialog = document.querySelector("#keys");
   const list = dialog.querySelector("dl");
-  const said = Object.entries(keys).filter(([, { says }]) => says);
+  // By what they do, first what works everywhere.
+  const rank = ({ says }) => `${says.startsWith("recording:") ? 1 : 0} ${says}`;
+  const said = Object.entries(keys).filter(([, { says }]) => says).sort(([, one], [, other]) => (rank(one) < rank(other) ? -1 : 1));
   const all = [...said.map(([key, { says, writes }]) => [NAMES.get(key) ?? key, says, writes]), ...others, ["?", "show this list"]];
   list.replaceChildren(...all.map((line) => row(...line)));
   const open = () => dialog.showModal();

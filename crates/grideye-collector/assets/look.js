@@ -2,7 +2,7 @@
 
 import { keep, kept } from "./keep.js";
 import { PALETTES } from "./palettes.js";
-import { around, rangeOf } from "./scale.js";
+import { Steady, around } from "./scale.js";
 import { METHODS } from "./smooth.js";
 import { say } from "./words.js";
 
@@ -21,6 +21,7 @@ export class Look {
   #chosen = valid(kept("look", FIRST));
   #held = new Map();
   #newest = new Map();
+  #steady = new Map();
   #listeners = [];
 
   constructor() {
@@ -76,8 +77,9 @@ export class Look {
 
   /** The scale for a sensor's frame; `among` names the group that shares a scale. */
   rangeFor(sensor, celsius, among) {
-    const own = rangeOf(celsius);
     const key = `${among} ${sensor}`;
+    if (!this.#steady.has(key)) this.#steady.set(key, new Steady());
+    const own = this.#steady.get(key).fit(celsius);
     this.#newest.set(key, { own, among });
     const { scale, low, high } = this.#chosen;
     if (scale === "fixed") return { low, high };
@@ -89,7 +91,11 @@ export class Look {
 
   /** Forgets sensors that left the page. */
   forget(among) {
-    for (const [key, newest] of this.#newest) if (newest.among === among) this.#newest.delete(key);
+    for (const [key, newest] of this.#newest) {
+      if (newest.among !== among) continue;
+      this.#newest.delete(key);
+      this.#steady.delete(key);
+    }
   }
 
   #shared(among) {

@@ -13,7 +13,9 @@ import { say } from "./words.js";
 const TICK_MS = 50;
 const DIGITS = [..."123456789"];
 // With more sensors than this, each shows only its image, minimum, mean and maximum.
-const DETAILED_MAX = 6;
+const DETAILED_MAX = 2;
+// So many fill one screen, three in a row.
+const ON_A_SCREEN_MAX = 9;
 
 const LINK = {
   connecting: "connecting",
@@ -39,6 +41,7 @@ const beside = panel && new panel.Panel(document.querySelector("#beside"), {
   toggled: (open) => { document.querySelector("#wall").dataset.beside = open; },
 });
 const playback = new Playback(recordings, look);
+const narrow = matchMedia("(max-width: 60rem)");
 let view = "sensors";
 let large = null;
 let watched = null;
@@ -76,6 +79,8 @@ function arrange() {
   if (!same) wall.replaceChildren(...elements);
   wall.dataset.count = shown.length;
   wall.dataset.dense = shown.length > DETAILED_MAX;
+  if (shown.length > DETAILED_MAX && shown.length <= ON_A_SCREEN_MAX && !narrow.matches) wall.dataset.rows = Math.max(2, Math.ceil(shown.length / 3));
+  else delete wall.dataset.rows;
   back.hidden = !sensors.has(large) || sensors.size === 1;
   for (const [key, { element }] of sensors) {
     const button = element.querySelector("[data-field=large]");
@@ -174,6 +179,12 @@ look.listen(() => {
 for (const { id, title, href } of brought.links) {
   document.querySelector("nav").append(Object.assign(document.createElement("a"), { id, textContent: title, href }));
 }
+narrow.addEventListener("change", arrange);
+document.querySelector("#record").addEventListener("click", ({ target }) => {
+  const open = target.ariaExpanded === "false";
+  target.ariaExpanded = String(open);
+  document.querySelector("#recorder").dataset.open = open;
+});
 back.addEventListener("click", () => show(null));
 // On a telephone such a button shows and hides what follows it.
 document.addEventListener("click", ({ target }) => {

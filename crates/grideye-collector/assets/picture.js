@@ -5,7 +5,7 @@ import { HeatMap } from "./heatmap.js";
 import { keep, kept } from "./keep.js";
 import { UPRIGHT, inWords, mirrored, turned } from "./orientation.js";
 import { labelTicks, paintBar } from "./scale.js";
-import { degrees, fieldsOf, say } from "./words.js";
+import { HOW_TO_READ, degrees, fieldsOf, say } from "./words.js";
 
 // The four pixels around the middle of the field of view: 28, 29, 36 and 37.
 const CENTER = [27, 28, 35, 36];
@@ -117,7 +117,7 @@ export class Picture {
     const celsius = this.#frame?.pixels_celsius;
     this.#fields.cursor.dataset.reading = cell !== null && Boolean(celsius);
     if (cell === null || !celsius) {
-      say(this.#fields.cursor, "Point at a pixel or use the arrow keys to read it. Drag to mark a region.");
+      say(this.#fields.cursor, `${HOW_TO_READ} Drag to mark a region.`);
       return;
     }
     const place = `row ${Math.floor(cell / 8) + 1}, column ${(cell % 8) + 1}`;

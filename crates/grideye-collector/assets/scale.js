@@ -2,6 +2,9 @@
 
 // An empty room spans about this much. A smaller span would show noise as heat.
 const SPAN_MIN_CELSIUS = 4;
+// Five seconds of frames, and by how much a frame may leave the range before it grows.
+const RECENT = 50;
+const SPARE_CELSIUS = 0.5;
 const STEPS = [0.25, 0.5, 1, 2, 5, 10, 20, 50];
 
 /** Whole degrees around some temperatures, so that noise does not move the scale. */
@@ -13,6 +16,28 @@ export function rangeOf(celsius) {
     if (high - low < SPAN_MIN_CELSIUS) low -= 1;
   }
   return { low, high };
+}
+
+/**
+ * The range of one sensor's frames that follow each other: it grows at once, and shrinks when all recent frames fit into less
+ * with some room to spare, so that noise around a whole degree does not move it.
+ */
+export class Steady {
+  #range = null;
+  #recent = [];
+
+  fit(celsius) {
+    const [least, most] = [Math.min(...celsius), Math.max(...celsius)];
+    this.#recent.push([least, most]);
+    if (this.#recent.length > RECENT) this.#recent.shift();
+    const { low, high } = this.#range ?? { low: Infinity, high: -Infinity };
+    const apart = least < low - SPARE_CELSIUS || most > high + SPARE_CELSIUS;
+    const spare = apart ? 0 : SPARE_CELSIUS;
+    const around = rangeOf([Math.min(...this.#recent.map(([one]) => one)) - spare, Math.max(...this.#recent.map(([, one]) => one)) + spare]);
+    const shrinks = this.#recent.length === RECENT && around.high - around.low < high - low;
+    if (apart || shrinks) this.#range = around;
+    return this.#range;
+  }
 }
 
 /** The range that holds all of these. */
@@ -31,6 +56,12 @@ export function paintBar(canvas, colors) {
   const image = context.createImageData(1, 256);
   for (let row = 0; row < 256; row += 1) paintPixel(image.data, row, colors, 255 - row);
   context.putImageData(image, 0, 0);
+}
+
+/** The palette's color of a temperature, as CSS writes it. */
+export function cssOf(colors, celsius, range) {
+  const shade = shadeOf(celsius, range) * 3;
+  return `rgb(${colors.subarray(shade, shade + 3).join(" ")})`;
 }
 
 /** Gives one pixel of an image the palette's color of that shade. */
@@ -61,7 +92,8 @@ function ticksOf({ low, high }, steps_max) {
   const step = STEPS.find((width) => span / width <= steps_max) ?? span;
   const ticks = [high];
   for (let tick = Math.floor(high / step) * step; tick > low; tick -= step) {
-    if (high - tick >= step / 2 && tick - low >= step / 2) ticks.push(tick);
+    // Closer to an end, the two labels would meet.
+    if (high - tick >= 0.75 * step && tick - low >= 0.75 * step) ticks.push(tick);
   }
   ticks.push(low);
   return ticks;

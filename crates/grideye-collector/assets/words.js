@@ -1,5 +1,8 @@
 // Numbers and times for people.
 
+/** How a pixel is read, by mouse and keys or by touch. */
+export const HOW_TO_READ = matchMedia("(pointer: coarse)").matches ? "Touch a pixel to read it." : "Point at a pixel or use the arrow keys to read it.";
+
 export function degrees(celsius) {
   return Number.isFinite(celsius) ? `${celsius.toFixed(2)} °C` : "–";
 }

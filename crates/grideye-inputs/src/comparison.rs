@@ -4,7 +4,7 @@ use crate::error::InputError;
 use crate::read::{TOML_HINT, profile, thresholds};
 use crate::scene::{LoadedScene, sensor_name};
 use crate::text::open;
-use grideye_plan::drawing::perspective;
+use grideye_plan::drawing::{Drawing, perspective};
 use grideye_scene::Scene;
 use grideye_validator::report::{self, Context, Input};
 use grideye_validator::{Comparison, KnownUnit, Options, Thinned, compare_scene};
@@ -66,7 +66,7 @@ pub fn compare(
     let context = Context {
         scene: sides.scene.to_owned(),
         recording: sides.recording.display().to_string(),
-        sensor,
+        sensor: sensor.clone(),
         seeds: vec![("simulation".to_owned(), how.seed)],
         inputs: inputs
             .chain(sides.held.clone().map(Ok))
@@ -74,7 +74,7 @@ pub fn compare(
         assumptions: loaded.warnings.clone(),
         experiment: scene.paper_experiment(),
         thresholds: thresholds.lines,
-        room: room(scene, &comparison),
+        room: room(scene, &sensor, &comparison),
         ..context
     };
     Ok(Compared {
@@ -83,11 +83,19 @@ pub fn compare(
     })
 }
 
-/// The room as the report shows it beside its frames.
+/// The room as the report shows it beside its frames, with what each pixel sees in the color of the real frame.
 #[must_use]
-pub fn room(scene: &Scene, comparison: &Comparison) -> String {
-    let time = report::key_time(comparison);
-    time.map_or_else(String::new, |time| perspective(scene, time))
+pub fn room(scene: &Scene, sensor: &str, comparison: &Comparison) -> String {
+    let number = scene.sensors().iter().position(|one| one.name == sensor);
+    let Some((time, colors)) = report::key_colors(comparison) else {
+        return String::new();
+    };
+    let drawing = Drawing {
+        time,
+        frame: number.map(|number| (number, &colors[..])),
+        ..Drawing::new("")
+    };
+    perspective(scene, &drawing)
 }
 
 /// A file with the hash of its bytes.

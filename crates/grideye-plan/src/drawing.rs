@@ -7,6 +7,7 @@
 
 mod bodies;
 pub(crate) mod camera;
+mod footprints;
 pub(crate) mod labels;
 pub mod limits;
 mod options;
@@ -34,7 +35,7 @@ pub fn svg(scene: &Scene, drawing: &Drawing<'_>) -> String {
     let summary = summary(scene, way.as_deref());
     let mut sheet = Sheet::new((WIDTH, HEIGHT), drawing.title, &summary, "");
     let bounds_m = scene.room().bounds_m();
-    let bodies = Bodies::of(scene, drawing.time, limits::FACES_MAX);
+    let bodies = bodies(scene, drawing);
     let perspective = Camera::perspective(bounds_m, &PERSPECTIVE);
     sheet.panel("Perspective", &PERSPECTIVE);
     draw(&mut sheet, &perspective, scene, &bodies, drawing);
@@ -49,14 +50,20 @@ pub fn svg(scene: &Scene, drawing: &Drawing<'_>) -> String {
     sheet.finish()
 }
 
-/// The scene in perspective at a time without words, as a self-contained square SVG.
+/// The scene in perspective without words, as a self-contained square SVG.
 #[must_use]
-pub fn perspective(scene: &Scene, time: Duration) -> String {
+pub fn perspective(scene: &Scene, drawing: &Drawing<'_>) -> String {
     let mut sheet = Sheet::bare(SQUARE.size.into(), "");
-    let bodies = Bodies::of(scene, time, limits::FACES_MAX);
     let camera = Camera::perspective(scene.room().bounds_m(), &SQUARE);
-    draw(&mut sheet, &camera, scene, &bodies, &Drawing::new(""));
+    draw(&mut sheet, &camera, scene, &bodies(scene, drawing), drawing);
     sheet.finish()
+}
+
+fn bodies(scene: &Scene, drawing: &Drawing<'_>) -> Bodies {
+    let shown = drawing.frame.map(|(number, _)| number);
+    let sensors = scene.sensors().iter().enumerate();
+    let bodies = Bodies::of(scene, drawing.time, limits::FACES_MAX);
+    footprints::of(bodies, sensors.filter(|(number, _)| Some(*number) == shown))
 }
 
 /// What is drawn of a scene at a time, for a program that draws it itself, in meters; bodies beyond so many faces, in file
@@ -65,6 +72,7 @@ pub fn perspective(scene: &Scene, time: Duration) -> String {
 /// `shapes` are what faces and ellipsoids belong to, by index: kind, name, color, temperature. `nodes` are a binary tree, the
 /// root first: seen from before a node's `plane` (a unit normal and the offset along it), what is on the first of its
 /// `sides` is drawn first, then its `faces`, then the other side. `rounds` are ellipsoids, each where its center is.
+/// `footprints` of faces, ellipsoids and `sides` of the room are a sensor's number, a pixel's, and the corners of what it sees.
 /// `sensors` have the parts of walls and floor in view, and the rays to the corners. `colors` are those of each kind.
 #[must_use]
 pub fn json(scene: &Scene, time: Duration, faces_max: usize) -> Value {
@@ -82,7 +90,8 @@ pub fn json(scene: &Scene, time: Duration, faces_max: usize) -> Value {
             "rays_m": points(&view.corners_m),
         })
     });
-    let mut all = Bodies::of(scene, time, faces_max).json();
+    let sensors_all = scene.sensors().iter().enumerate();
+    let mut all = footprints::of(Bodies::of(scene, time, faces_max), sensors_all).json();
     all["sensors"] = sensors.collect();
     all["room"] = json!({
         "low_m": point(low_m),
@@ -94,8 +103,9 @@ pub fn json(scene: &Scene, time: Duration, faces_max: usize) -> Value {
 
 fn draw(sheet: &mut Sheet, camera: &Camera, scene: &Scene, bodies: &Bodies, drawing: &Drawing<'_>) {
     let room = scene.room();
-    let (jutting, mut around) = (room.jutting_m(), room.sides_m());
-    around.retain(|side| !jutting.contains(side));
+    let around = bodies.sides.iter().map(|side| side.corners_m.clone());
+    let around: Vec<Vec<DVec3>> = around.collect();
+    let colors = drawing.frame.map_or(&[][..], |(_, colors)| colors);
     let view = |sensor| (sensor, ground::view(room, sensor));
     let views: Vec<(&Sensor, ground::View)> = scene.sensors().iter().map(view).collect();
     let root = count::float(views.len().max(1)).sqrt();
@@ -104,9 +114,12 @@ fn draw(sheet: &mut Sheet, camera: &Camera, scene: &Scene, bodies: &Bodies, draw
     for (_, view) in &views {
         sheet.view(camera, view, opacity);
     }
-    sheet.bodies(camera, bodies);
+    for side in &bodies.sides {
+        sheet.footprints(camera, &side.footprints, colors);
+    }
+    sheet.bodies(camera, bodies, colors);
     sheet.walls(camera, "wire", &around);
-    sheet.walls(camera, "wire", &jutting);
+    sheet.walls(camera, "wire", &room.jutting_m());
     for agent in scene.agents() {
         ways(
             sheet,

@@ -5,11 +5,11 @@ import { brought } from "./brought.js";
 import { DIFFERENCES, rangeAround, signed, summed } from "./difference.js";
 import { HeatMap } from "./heatmap.js";
 import { keep, kept } from "./keep.js";
-import { Plan } from "./plan.js";
-import { labelTicks, paintBar } from "./scale.js";
+import { RoomView } from "./room-view.js";
+import { Steady, cssOf, labelTicks, paintBar } from "./scale.js";
 import { Scores } from "./scores.js";
-import { Simulation, fetched, momentOf } from "./simulation.js";
-import { degrees, duration, fieldsOf, say } from "./words.js";
+import { Rooms, Simulation, fetched, momentOf } from "./simulation.js";
+import { HOW_TO_READ, degrees, duration, fieldsOf, say } from "./words.js";
 
 const ASK_MS = 2_000;
 const NOTHING = { open: false, scene: null, sensor: null, originNs: null, boot: null, again: false, seconds: 10 };
@@ -21,7 +21,10 @@ export class Beside {
   #look;
   #fields;
   #sides = {};
-  #plan;
+  #room;
+  #rooms = null;
+  #steady = new Steady();
+  #drawn = null;
   #scores;
   #scenes = null;
   #source = null;
@@ -46,6 +49,8 @@ export class Beside {
     if (among === "live" && template.dataset.scene !== undefined) {
       // The sensor of the demonstration sees its scene again and again.
       this.#opening = { ...template.dataset, again: true };
+      say(root.querySelector("[data-side=real] figcaption"), "Emulated sensor");
+      say(root.querySelector("h2"), "Emulated sensor beside its simulated scene");
     }
     this.#place = place;
     this.#root = root;
@@ -53,7 +58,7 @@ export class Beside {
     this.#toggled = toggled;
     this.#among = among;
     this.#fields = fieldsOf(root);
-    this.#plan = new Plan(this.#fields.plan);
+    this.#room = new RoomView(this.#fields.room);
     this.#scores = new Scores(root);
     for (const side of SIDES) this.#sides[side] = this.#side(side);
     paintBar(root.querySelector("[data-scale=difference] .bar"), DIFFERENCES.colors);
@@ -62,6 +67,7 @@ export class Beside {
     this.#fields.first.addEventListener("click", () => this.#begin(this.#newest?.began ?? null));
     this.#fields.again.addEventListener("change", (event) => this.#change({ again: event.target.checked }));
     this.#fields.seconds.addEventListener("change", (event) => this.#compare(Number(event.target.value)));
+    this.#fields.footprints.addEventListener("change", () => this.#draw());
     this.#fields.close.addEventListener("click", () => this.toggle());
     look.listen(() => this.#draw());
     setInterval(() => this.#ask(), ASK_MS / 2);
@@ -77,6 +83,9 @@ export class Beside {
     this.#newest = null;
     this.#scene = null;
     this.#simulation = null;
+    this.#rooms = null;
+    this.#drawn = null;
+    this.#steady = new Steady();
     this.#values = null;
     this.#chosen = source === null ? NOTHING : kept(`beside.${source.key}`, NOTHING);
     if (source !== null && this.#opening !== null) {
@@ -180,14 +189,14 @@ export class Beside {
       this.#complain(lost ? { message: lost } : null);
       return;
     }
+    this.#rooms = new Rooms(this.#scene, (error) => {
+      this.#complain(error);
+      this.#draw();
+    });
     this.#simulation = new Simulation(name, sensor, (error) => {
       this.#complain(error);
       this.#draw();
     });
-    this.#draw();
-    const plan = await fetched(`/v1/scenes/${encodeURIComponent(name)}/plan`);
-    if (plan.error) this.#complain(plan.error);
-    else if (this.#chosen.scene === name) this.#plan.draw(plan, sensor);
     this.#draw();
     // The collector keeps frames of further sensors only after the first request.
     this.#ask();
@@ -224,7 +233,9 @@ export class Beside {
 
   #pictures(real, simulated, moment) {
     const drawing = this.#look.drawing;
-    const range = this.#look.rangeFor(`${this.#source.key} beside`, simulated === null ? real : [...real, ...simulated.celsius], this.#among);
+    const range = simulated === null
+      ? this.#look.rangeFor(this.#source.key, real, this.#among)
+      : this.#look.rangeFor(`${this.#source.key} beside`, [...real, ...simulated.celsius], this.#among);
     const now = simulated !== null && moment.state === "within";
     const differences = now ? real.map((celsius, pixel) => celsius - simulated.celsius[pixel]) : null;
     this.#values = { real, simulated: simulated?.celsius ?? null, differences };
@@ -232,13 +243,30 @@ export class Beside {
     this.#sides.difference.heat.look({ ...DIFFERENCES, method: "cells" });
     this.#sides.real.heat.show(real, range);
     if (simulated !== null) this.#sides.simulated.heat.show(simulated.celsius, range);
-    if (differences !== null) this.#sides.difference.heat.show(differences, rangeAround(differences));
+    const apart = differences === null ? { low: 0, high: 0 } : rangeAround(this.#steady.fit(differences));
+    if (differences !== null) this.#sides.difference.heat.show(differences, apart);
     paintBar(this.#root.querySelector("[data-scale=temperature] .bar"), drawing.colors);
     labelTicks(this.#root.querySelector("[data-scale=temperature] ol"), range);
-    labelTicks(this.#root.querySelector("[data-scale=difference] ol"), rangeAround(differences ?? [0]), (tick) => signed(tick, Number.isInteger(tick) ? 0 : 1));
+    labelTicks(this.#root.querySelector("[data-scale=difference] ol"), rangeAround(apart), (tick) => signed(tick, Number.isInteger(tick) ? 0 : 1));
+    this.#paintRoom(moment, range);
     this.#veil("simulated", simulated !== null, now ? "" : veilWords(moment));
     this.#veil("difference", differences !== null, differences === null ? "No simulated frame for this moment." : "");
     this.#read(this.#sides.real.heat.cell);
+  }
+
+  /** The room at this moment, with what each pixel sees in the color of the real or the simulated frame. */
+  #paintRoom(moment, range) {
+    const room = moment === null ? null : (this.#rooms?.at(moment.second) ?? null);
+    if (room === null) return;
+    const { sensor } = this.#chosen;
+    const number = room.drawing.sensors.findIndex(({ name }) => name === sensor);
+    const celsius = this.#values[this.#fields.footprints.value];
+    const { colors } = this.#look.drawing;
+    const shown = celsius?.map((degree) => cssOf(colors, degree, range));
+    if (this.#drawn !== room) this.#room.show(room, room.items.find(({ kind, name }) => kind === "sensor" && name === sensor) ?? null);
+    this.#drawn = room;
+    this.#room.color(room.drawing.sensors.map((_, index) => (index === number ? shown : undefined)));
+    this.#fields.room.dataset.known = moment.state === "within";
   }
 
   /** Covers an image that is not of this moment with the reason; one without a frame is blank. */
@@ -260,7 +288,7 @@ export class Beside {
     this.#fields.cursor.dataset.reading = cell !== null;
     if (!real) return;
     if (cell === null) {
-      say(this.#fields.cursor, differences === null ? "Point at a pixel or use the arrow keys to read it." : summed(differences));
+      say(this.#fields.cursor, differences === null ? HOW_TO_READ : summed(differences));
       return;
     }
     const parts = [`Pixel ${cell + 1}: real ${degrees(real[cell])}`];
@@ -271,7 +299,6 @@ export class Beside {
 
   #places(agents, moment) {
     const known = moment.state === "within";
-    this.#plan.place(agents, known);
     const words = agents.map(({ name, place: [x, y] }) => `${name} at ${x.toFixed(2)} m from the left, ${y.toFixed(2)} m from the front`);
     const when = known ? "" : ` (at the ${moment.state === "ended" ? "end" : "start"} of the scene)`;
     say(this.#fields.places, words.length === 0 ? "This scene has no people." : `${words.join("; ")}${when}`);

@@ -2,11 +2,9 @@
 
 import { ofStops } from "./palettes.js";
 
-// Dark where the simulation is warmer, light where the sensor is warmer, gray where both are equal. As in cividis (Nuñez,
-// Anderton, Renslow 2018), lightness runs one way, and blue and yellow differ for every kind of color vision.
-const STOPS = [
-  [0.0, [0, 28, 92]], [0.25, [62, 82, 128]], [0.5, [139, 138, 134]], [0.75, [204, 184, 92]], [1.0, [255, 238, 96]],
-];
+// As in reports (grideye-draw's palette): blue where the simulation is warmer, red where the sensor is, lightest where both are
+// equal. Blue and red differ for every kind of color vision.
+const STOPS = [[0, [33, 102, 172]], [0.5, [247, 247, 247]], [1, [178, 24, 43]]];
 const COLORS = ofStops(STOPS);
 // A narrower scale would show noise as a difference.
 const END_MIN_CELSIUS = 2;
@@ -14,10 +12,9 @@ const END_MIN_CELSIUS = 2;
 /** How differences are drawn: always with numbers, which show the sign. */
 export const DIFFERENCES = { colors: COLORS, numbers: true, text: signed };
 
-/** Whole degrees to either side of 0 that hold all of these. */
-export function rangeAround(differences) {
-  const greatest = Math.max(...differences.map(Math.abs));
-  const end = Math.max(END_MIN_CELSIUS, Math.ceil(greatest));
+/** Whole degrees to either side of 0 that hold a range of differences. */
+export function rangeAround({ low, high }) {
+  const end = Math.max(END_MIN_CELSIUS, -low, high);
   return { low: -end, high: end };
 }
 

@@ -35,6 +35,7 @@ const fields = new Fields(at("#fields"), at("#fields-title"), { change: (edits, 
 const seen = new Seen(at("#frames"), look, { choose: (name) => choose({ kind: "sensor", index: draft.scene.items.find((item) => item.kind === "sensor" && item.name === name).index }) });
 const textPane = new SceneText(at("#text"), at("#lines"), (text) => draft.write(text));
 const cover = new Cover(draft, plan);
+look.listen(() => view.color(seen.colors));
 
 /** Shows the newest state of the draft everywhere. */
 function draw() {
@@ -46,6 +47,7 @@ function draw() {
   fields.show(scene, chosen);
   const item = itemOf(scene, chosen);
   seen.show(draft.frames, item?.kind === "sensor" ? item.name : null, broken);
+  view.color(seen.colors);
   fields.complain(fault !== null);
   tell();
   time();

@@ -1,17 +1,20 @@
-// The 3-D view: drag moves an item on its level, with Shift up and down, the round handle turns it, the background turns the
-// view.
+// A room in 3-D, with what each pixel sees in its color. A drag turns it, two fingers or the wheel zoom. In the editor a drag
+// moves an item on its level, with Shift up and down, and the round handle turns it.
 
 import { weightOf, withRoom } from "./names.js";
-import { Eye, farToNear, flat, pathOf, round, shaded } from "./solids.js";
+import { Eye, facing, farToNear, flat, pathOf, round, shaded } from "./solids.js";
 import { centerOf, handleOf, isOf, isSame, onGrid, placeOf, turnTowards, turnable } from "./things.js";
 
 const FIRST = { azimuth: -115, elevation: 32, nearer: 1 };
+const NEARER = 1.15;
 const ELEVATION_MAX = 89;
 const TURN_STEP = 10;
 const ZOOM_STEP = 1.15;
 const [NEARER_MIN, NEARER_MAX] = [0.4, 8];
 const DEGREES_A_PIXEL = 0.4;
 const DOT = 6;
+// How much a footprint hides of its surface.
+const FOOTPRINT = 0.85;
 // Screen pixels, as on the plan; the arm keeps a minimum length when seen at a flat angle.
 const [HANDLE, ARM, ARM_MIN] = [9, 34, 26];
 // A drawing that takes longer than the first waits until nothing has moved for the second.
@@ -21,17 +24,23 @@ export class RoomView {
   #canvas;
   #scene = null;
   #chosen = null;
-  #camera = { ...FIRST };
+  #first;
+  #camera;
   #shapes = [];
   #held = null;
   #on;
   #asked = null;
   #tookMs = 0;
+  #colors = [];
+  #fingers = new Map();
 
-  /** `on` is that of the plan. */
-  constructor(canvas, on) {
+  /** `on` is that of the plan; without it nothing can be moved. */
+  constructor(canvas, on = null) {
     this.#canvas = canvas;
     this.#on = on;
+    // Without handles there is no need for room around it.
+    this.#first = { ...FIRST, nearer: on === null ? NEARER : FIRST.nearer };
+    this.#home();
     canvas.addEventListener("pointerdown", (event) => this.#press(event));
     canvas.addEventListener("pointermove", (event) => this.#drag(event));
     for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => this.#release(event));
@@ -45,6 +54,22 @@ export class RoomView {
     this.#scene = scene;
     this.#chosen = chosen;
     this.#later();
+  }
+
+  /** The color of each pixel of each sensor, in the scene's order: lists of CSS colors, or null for a sensor without a frame. */
+  color(colors) {
+    this.#colors = colors;
+    this.#later();
+  }
+
+  /** Turns by so many degrees, draws at once, and answers how long that took, in milliseconds. */
+  spin(degrees) {
+    const began = performance.now();
+    this.#camera.azimuth += degrees;
+    this.#draw();
+    // Reading a dot back waits for what was drawn.
+    this.#canvas.getContext("2d").getImageData(0, 0, 1, 1);
+    return performance.now() - began;
   }
 
   /**
@@ -79,23 +104,48 @@ export class RoomView {
     context.lineJoin = "round";
     this.#room(context, eye, look);
     const { items, drawing } = this.#scene;
+    for (const { corners_m: corners, footprints } of drawing.sides) {
+      if (facing(corners, eye) > 0) this.#footprints(context, footprints, eye);
+    }
     const owners = drawing.shapes.map((shape) => items.find((item) => isOf(item, shape)) ?? null);
     this.#shapes = [];
     const outlined = new Set();
     farToNear(drawing, eye, (drawn) => {
       const [shape, item] = [drawing.shapes[drawn.shape], owners[drawn.shape]];
       if (drawn.corners_m) {
-        this.#flat(context, flat(drawn, shape.is_closed, eye), shape, item, look);
+        const face = flat(drawn, shape.is_closed, eye);
+        this.#flat(context, face, shape, item, look);
+        if (face !== null) this.#footprints(context, drawn.footprints, eye);
         return;
       }
       if (!outlined.has(item)) this.#outline(context, drawing.rounds.filter((one) => owners[one.shape] === item), item, eye, look);
       outlined.add(item);
-      this.#round(context, round(drawn, eye), shape, item);
+      const seen = round(drawn, eye);
+      this.#round(context, seen, shape, item);
+      if (drawn.footprints.length === 0) return;
+      context.save();
+      context.clip(seen.path);
+      this.#footprints(context, drawn.footprints, eye);
+      context.restore();
     });
     for (const item of items) this.#lines(context, item, eye, look);
     this.#names(context, items, eye, look);
     this.#handle(context, eye, look);
     this.#canvas.dataset.drawn = `${this.#camera.azimuth} ${this.#camera.elevation} ${this.#camera.nearer.toFixed(2)}`;
+  }
+
+  /** What pixels see of a surface, each in its color; what faces away from the eye is hidden. */
+  #footprints(context, footprints, eye) {
+    context.globalAlpha = FOOTPRINT;
+    for (const [sensor, pixel, corners] of footprints) {
+      const color = this.#colors[sensor]?.[pixel];
+      if (color === undefined || facing(corners, eye) <= 0) continue;
+      context.fillStyle = color;
+      context.beginPath();
+      for (const corner of corners) context.lineTo(...eye.see(corner));
+      context.fill();
+    }
+    context.globalAlpha = 1;
   }
 
   /** Reads the colors of the scheme from the canvas's style. */
@@ -185,7 +235,7 @@ export class RoomView {
     context.setLineDash([2 * devicePixelRatio, 4 * devicePixelRatio]);
     context.stroke(pathOf(points, false));
     context.setLineDash([]);
-    points.forEach((point, row) => this.#dot(context, item, point, look, "round", row));
+    if (this.#on !== null) points.forEach((point, row) => this.#dot(context, item, point, look, "round", row));
   }
 
   #dot(context, item, [x, y], look, form, row) {
@@ -220,6 +270,7 @@ export class RoomView {
 
   /** The round handle that turns the selection, on its level. */
   #handle(context, eye, look) {
+    if (this.#on === null) return;
     delete this.#canvas.dataset.handle;
     const item = turnable(this.#scene, this.#chosen);
     if (item === null) return;
@@ -244,11 +295,12 @@ export class RoomView {
   }
 
   #press(event) {
+    this.#fingers.set(event.pointerId, event);
     if (!event.isPrimary || event.button !== 0 || this.#scene === null) return;
     const [x, y] = this.#pixel(event);
     const context = this.#canvas.getContext("2d");
     // The shape drawn last is in front.
-    const hit = this.#shapes.findLast(({ path }) => context.isPointInPath(path, x, y));
+    const hit = this.#on && this.#shapes.findLast(({ path }) => context.isPointInPath(path, x, y));
     this.#held = hit ? this.#grip(hit, [x, y]) : { pans: true, at: [event.clientX, event.clientY], camera: { ...this.#camera }, moved: false };
     this.#canvas.setPointerCapture(event.pointerId);
     this.#canvas.focus({ preventScroll: true });
@@ -271,6 +323,7 @@ export class RoomView {
   }
 
   #drag(event) {
+    if (this.#pinch(event)) return;
     const held = this.#held;
     if (held === null || !event.isPrimary) return;
     const [x, y] = this.#pixel(event);
@@ -303,12 +356,27 @@ export class RoomView {
     return [held.from[0], held.from[1], ...onGrid([held.from[2] + meters * 1000], false)];
   }
 
+  /** Two fingers zoom by how far apart they are. */
+  #pinch(event) {
+    if (!this.#fingers.has(event.pointerId)) return false;
+    const apart = () => {
+      const [one, other] = [...this.#fingers.values()];
+      return Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
+    };
+    if (this.#fingers.size !== 2) return false;
+    const before = apart();
+    this.#fingers.set(event.pointerId, event);
+    this.#zoom(apart() / Math.max(1, before));
+    return true;
+  }
+
   #release(event) {
+    this.#fingers.delete(event.pointerId);
     if (this.#held === null || !event.isPrimary) return;
     const held = this.#held;
     this.#held = null;
-    if (held.pans && !held.moved) this.#on.choose(null);
-    this.#on.drop();
+    if (held.pans && !held.moved) this.#on?.choose(null);
+    this.#on?.drop();
   }
 
   #wheel(event) {
@@ -340,7 +408,7 @@ export class RoomView {
   }
 
   #home() {
-    this.#camera = { ...FIRST };
+    this.#camera = { ...this.#first };
     this.#later();
   }
 

@@ -2,7 +2,7 @@
 
 import { HeatMap } from "./heatmap.js";
 import { SIDE } from "./orientation.js";
-import { paintPixel, shadeOf } from "./scale.js";
+import { cssOf, paintPixel, shadeOf } from "./scale.js";
 import { degrees, say } from "./words.js";
 
 const AMONG = "editor";
@@ -32,6 +32,16 @@ export class Seen {
       shown.figure.dataset.chosen = frame.sensor === chosen;
     });
     this.#paint();
+  }
+
+  /** The colors of every frame, in the scene's order; null of one that is not shown. */
+  get colors() {
+    const { colors } = this.#look.drawing;
+    return [...this.#shown.values()].map(({ frame: { sensor, celsius } }) => {
+      if (celsius === null) return null;
+      const range = this.#look.rangeFor(sensor, celsius, AMONG);
+      return celsius.map((degree) => cssOf(colors, degree, range));
+    });
   }
 
   #build(frames, names) {

@@ -4,6 +4,8 @@ const PIECES_MAX = 24;
 // The next piece is fetched this long before it is needed.
 const AHEAD_S = 3;
 const RETRY_MS = 2_000;
+const ROOM_STEP_S = 0.1;
+const ROOMS_MAX = 600;
 
 export class Simulation {
   #path;
@@ -51,6 +53,39 @@ export class Simulation {
     this.#pieces.set(answer.first, answer);
     if (this.#pieces.size > PIECES_MAX) this.#pieces.delete(this.#pieces.keys().next().value);
     this.#told(null);
+  }
+}
+
+/** The room of a scene at each of its seconds, fetched once each. */
+export class Rooms {
+  #path;
+  #told;
+  #step;
+  #rooms = new Map();
+  #asking = false;
+
+  /** `told` is called with `null` when a room arrives, else with the error. A scene that does not move has one room. */
+  constructor({ name, moves }, told) {
+    this.#path = `/v1/scenes/${encodeURIComponent(name)}/room`;
+    this.#told = told;
+    this.#step = moves ? ROOM_STEP_S : Infinity;
+  }
+
+  /** The room at a second; null until it arrives. */
+  at(second) {
+    const step = Number.isFinite(this.#step) ? Math.round(second / this.#step) : 0;
+    if (!this.#rooms.has(step)) this.#ask(step);
+    return this.#rooms.get(step) ?? null;
+  }
+
+  async #ask(step) {
+    if (this.#asking) return;
+    this.#asking = true;
+    const answer = await fetched(`${this.#path}?at_s=${step === 0 ? 0 : step * this.#step}`);
+    setTimeout(() => { this.#asking = false; }, answer.error ? RETRY_MS : 0);
+    if (!answer.error) this.#rooms.set(step, answer);
+    if (this.#rooms.size > ROOMS_MAX) this.#rooms.delete(this.#rooms.keys().next().value);
+    this.#told(answer.error ?? null);
   }
 }
 

@@ -65,7 +65,7 @@ export function farToNear({ nodes, rounds }, eye, draw) {
 /** A face on the canvas, with its brightness and the edges to draw; null if only its back is seen. */
 export function flat({ corners_m: corners, edges }, isClosed, eye) {
   const normal = normalOf(corners);
-  const towards = dot(normal, eye.from.map((side, axis) => side - corners[0][axis]));
+  const towards = facing(corners, eye);
   if (isClosed && towards <= 0) return null;
   const seen = corners.map((corner) => eye.see(corner));
   const lines = new Path2D();
@@ -109,6 +109,11 @@ function litOf({ axes, drawn, half, turn }, eye) {
 /** Brightness by the cosine of the angle to the light. */
 function brightness(cosine) {
   return SHADE_MIN + (1 - SHADE_MIN) * (0.5 + 0.5 * cosine);
+}
+
+/** Positive if the eye is on the side from which corners run counter-clockwise. */
+export function facing(corners, eye) {
+  return dot(normalOf(corners), eye.from.map((side, axis) => side - corners[0][axis]));
 }
 
 /** The unit vector towards the side from which corners run counter-clockwise. */

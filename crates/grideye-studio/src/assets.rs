@@ -16,17 +16,20 @@ macro_rules! file {
 }
 
 /// Files of the panel beside a sensor, on the live page.
-pub(crate) const BESIDE: [Asset; 6] = [
+pub(crate) const BESIDE: [Asset; 9] = [
     file!("beside.css", CSS),
     file!("beside.js", JAVASCRIPT),
     file!("difference.js", JAVASCRIPT),
-    file!("plan.js", JAVASCRIPT),
+    file!("names.js", JAVASCRIPT),
+    file!("room-view.js", JAVASCRIPT),
     file!("scores.js", JAVASCRIPT),
     file!("simulation.js", JAVASCRIPT),
+    file!("solids.js", JAVASCRIPT),
+    file!("things.js", JAVASCRIPT),
 ];
 
 /// Files of the scene editor's page, and the link to it.
-pub(crate) const EDITOR: [Asset; 16] = [
+pub(crate) const EDITOR: [Asset; 12] = [
     file!("editor.css", CSS),
     file!("cover.js", JAVASCRIPT),
     file!("draft.js", JAVASCRIPT),
@@ -34,14 +37,10 @@ pub(crate) const EDITOR: [Asset; 16] = [
     file!("fields.js", JAVASCRIPT),
     file!("floor-plan.js", JAVASCRIPT),
     file!("hatch.js", JAVASCRIPT),
-    file!("names.js", JAVASCRIPT),
     file!("new-things.js", JAVASCRIPT),
-    file!("room-view.js", JAVASCRIPT),
-    file!("solids.js", JAVASCRIPT),
     file!("scene-text.js", JAVASCRIPT),
     file!("seen.js", JAVASCRIPT),
     file!("thing-list.js", JAVASCRIPT),
-    file!("things.js", JAVASCRIPT),
     file!("to-editor.js", JAVASCRIPT),
 ];
 

@@ -30,6 +30,7 @@ mod catalogue;
 mod demonstration;
 mod disk;
 mod editor;
+mod outline;
 mod queue;
 mod recently;
 mod rounding;

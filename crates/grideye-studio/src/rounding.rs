@@ -6,7 +6,7 @@ pub(crate) fn hundredths(number: f64) -> f64 {
 }
 
 /// Meters, to the millimeter.
-pub(crate) fn millimeters(meters: f64) -> f64 {
+fn millimeters(meters: f64) -> f64 {
     (meters * 1000.0).round() / 1000.0
 }
 

@@ -34,11 +34,11 @@ pub(crate) fn run(options: &Demo) -> Result<Outcome> {
     let show = Show::prepare(options)?;
     keep_apart(options, &show)?;
     let demonstration = show.scene().map(|shown| &shown.demonstration);
-    let annexes = collect::annexes(&options.scenes, demonstration)?;
-    let stage = Stage::open(options.listen, options.out.join(STORE), annexes)?;
+    let annexes = collect::annexes(&options.page.scenes, demonstration)?;
+    let stage = Stage::open(options.page.listen, options.out.join(STORE), annexes)?;
     progress::say(&format!("live page  {}", stage.page()));
     files::warned(show.scene().map_or(&[][..], |shown| &shown.warnings));
-    if options.open {
+    if options.page.open {
         open_in_browser(&stage.page());
     }
     let (delivered, agent) = stage.perform(options, show.frames(), show.source(options.seed)?)?;
@@ -122,7 +122,7 @@ fn judge_scene(
         ]].concat(),
         experiment: shown.experiment,
         thresholds: ThresholdSet::shipped().lines,
-        room: grideye_inputs::room(scene, &comparison),
+        room: grideye_inputs::room(scene, sensor, &comparison),
         ..compare::context()
     };
     let page = options.out.join(PAGE);

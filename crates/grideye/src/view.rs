@@ -24,8 +24,12 @@ pub(crate) fn run(options: &View) -> Result<Outcome> {
         )));
     }
     let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
-    let annexes = collect::annexes(&options.scenes, None)?;
-    let stage = Stage::open(options.listen, folder.path().join("view.sqlite"), annexes)?;
+    let annexes = collect::annexes(&options.page.scenes, None)?;
+    let stage = Stage::open(
+        options.page.listen,
+        folder.path().join("view.sqlite"),
+        annexes,
+    )?;
     let name: String = files::stem(path).chars().take(NAME_CHARS_MAX).collect();
     let id = stage.client.start_recording(&name)?.id;
     let frames = streams.values().map(Vec::len).sum::<usize>();
@@ -40,7 +44,7 @@ pub(crate) fn run(options: &View) -> Result<Outcome> {
     stage.client.stop_recording(id)?;
     let page = format!("{}#recording={id}", stage.page());
     progress::say(&format!("page       {page}"));
-    if options.open {
+    if options.page.open {
         open_in_browser(&page);
     }
     progress::say("it stays until Ctrl-C, and nothing is kept");

@@ -296,9 +296,27 @@ fn a_scene_that_moves_begins_runs_ends_and_says_who_is_where() -> Outcome {
     room.wait("places", |text| {
         text.starts_with("ana at 1.50 m from the left, 2.00 m")
     })?;
-    let place = "return document.querySelector('#beside .agent').transform.baseVal[0].matrix.e";
-    assert_eq!(room.browser.execute(place)?.as_f64(), Some(1.5));
-    room.send(39)?;
+    // The room shows her where she is now, and what the sensor sees in the colors of either frame.
+    let picture = "return document.querySelector('#beside [data-field=room]').toDataURL()";
+    let (of_real, since) = (room.browser.execute(picture)?, Instant::now());
+    room.browser
+        .click("#beside [data-field=footprints] option[value=simulated]")?;
+    let mut of_simulated = room.browser.execute(picture)?;
+    while of_simulated == of_real && since.elapsed() < WAIT_MAX {
+        of_simulated = room.browser.execute(picture)?;
+    }
+    assert_ne!(of_simulated, of_real);
+    room.send(10)?;
+    room.wait("places", |text| text.starts_with("ana at 2.00 m"))?;
+    while room.browser.execute(picture)? == of_simulated && since.elapsed() < WAIT_MAX {}
+    assert_ne!(room.browser.execute(picture)?, of_simulated);
+    // Keys turn it.
+    let turned = "return document.querySelector('#beside [data-field=room]').dataset.drawn";
+    let before = room.browser.execute(turned)?;
+    room.browser.type_into("#beside [data-field=room]", "+")?;
+    while room.browser.execute(turned)? == before && since.elapsed() < WAIT_MAX {}
+    assert_ne!(room.browser.execute(turned)?, before);
+    room.send(29)?;
     room.wait("clock", |text| text == "Second 5.9 of 6.0.")?;
     room.wait_for_verdict(|verdict| verdict == "Agrees")?;
 
@@ -395,6 +413,62 @@ fn a_recording_is_held_against_a_scene_at_the_frame_that_is_looked_at() -> Outco
     room.browser.press("b")?;
     assert_eq!(room.browser.text("#played-beside")?, "");
     assert_quiet(&room.browser, "")
+}
+
+/// A room with six sensors, a table and a person.
+fn six_sensors() -> String {
+    let sensors: String = (0..6)
+        .map(|number| {
+            let (x, y) = (1000 + 1500 * (number % 3), 1000 + 2000 * (number / 3));
+            format!("[[sensor]]\nname = \"s{number}\"\npreset = \"grid-eye\"\nposition_mm = [{x}, {y}, 2700]\nelevation_deg = 90\nazimuth_deg = 0\n")
+        })
+        .collect();
+    format!(
+        "[room]\nsize_mm = [5000, 4000, 2700]\nambient_c = 20\n[[object]]\nname = \"table\"\nsize_mm = [1200, 800, 700]\nposition_mm = [3500, 2500, 0]\ntemperature_c = 22\n[[agent]]\nname = \"ana\"\nposition_mm = [1500, 1500, 0]\nperson = {{}}\n{sensors}"
+    )
+}
+
+/// Prints how many frames a second the room is drawn with; how many depends on the host.
+#[test]
+fn a_room_of_six_sensors_is_drawn_with_every_footprint() -> Outcome {
+    if left_out("a_room_of_six_sensors_is_drawn_with_every_footprint") {
+        return Ok(());
+    }
+    let folder = tempfile::tempdir()?;
+    let scenes = folder.path().join("scenes");
+    std::fs::create_dir(&scenes)?;
+    std::fs::write(scenes.join("six.toml"), six_sensors())?;
+    let arguments = ["--scenes".as_ref(), scenes.as_os_str()];
+    let collector = RunningCollector::start_with(folder.path().join("store.sqlite"), &arguments);
+    let browser = Browser::start()?;
+    browser.open(&format!("{}/", collector.url()))?;
+    let drawn = browser.execute(
+        "return (async () => {
+           const { RoomView } = await import('/assets/room-view.js');
+           const room = await (await fetch('/v1/scenes/six/room?at_s=0')).json();
+           const canvas = Object.assign(document.createElement('canvas'), { width: 600, height: 600 });
+           document.body.append(canvas);
+           const view = new RoomView(canvas);
+           view.show(room, null);
+           const dots = () => canvas.getContext('2d').getImageData(0, 0, 600, 600).data;
+           const magenta = () => { let sum = 0; const all = dots(); for (let at = 0; at < all.length; at += 4) if (all[at] > 180 && all[at + 1] < 90 && all[at + 2] > 180) sum += 1; return sum; };
+           view.spin(1);
+           const without = magenta();
+           view.color(room.drawing.sensors.map(() => Array(64).fill('rgb(255 0 255)')));
+           view.spin(1);
+           const seen = magenta();
+           let took = 0;
+           for (let turn = 0; turn < 90; turn += 1) took += view.spin(4);
+           return [without, seen, 90000 / took];
+         })()",
+    )?;
+    let [without, seen, rate]: [f64; 3] = serde_json::from_value(drawn)?;
+    assert_eq!(without, 0.0);
+    // Six fields of view of 60 degrees cover most of the floor, which is a good part of the picture.
+    assert!(seen > 20_000.0, "{seen} dots");
+    println!("a room with six sensors: {rate:.0} drawings a second");
+    // Reading the dots back is what is measured.
+    assert_quiet(&browser, "willReadFrequently")
 }
 
 #[test]

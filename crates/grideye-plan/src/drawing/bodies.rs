@@ -1,6 +1,6 @@
 //! What is in a room, as flat faces and ellipsoids in meters for any eye. The SVG and the page draw the same.
 
-use super::tree::{Face, Round, Tree};
+use super::tree::{Face, Footprint, Round, Tree};
 use crate::plane::Plane;
 use glam::DVec3;
 use grideye_draw::Rgb;
@@ -16,6 +16,15 @@ pub(super) struct Bodies {
     pub(super) shapes: Vec<Shape>,
     pub(super) tree: Tree,
     pub(super) rounds: Vec<Round>,
+    /// The sides of the room that do not jut into it.
+    pub(super) sides: Vec<Side>,
+}
+
+/// A wall, the floor or the ceiling.
+#[derive(Debug)]
+pub(super) struct Side {
+    pub(super) corners_m: Vec<DVec3>,
+    pub(super) footprints: Vec<Footprint>,
 }
 
 /// What faces and ellipsoids belong to.
@@ -64,6 +73,7 @@ impl Bodies {
             shape,
             edges: vec![true; corners_m.len()],
             corners_m,
+            footprints: Vec::new(),
         });
         made.faces.extend(walls);
         for object in scene.objects() {
@@ -73,10 +83,18 @@ impl Bodies {
         for agent in scene.agents() {
             made.agent(agent);
         }
+        let jutting = scene.room().jutting_m();
+        let mut sides = scene.room().sides_m();
+        sides.retain(|side| !jutting.contains(side));
+        let side = |corners_m| Side {
+            corners_m,
+            footprints: Vec::new(),
+        };
         Self {
             shapes: made.shapes,
             tree: Tree::new(made.faces),
             rounds: made.rounds,
+            sides: sides.into_iter().map(side).collect(),
         }
     }
 
@@ -96,6 +114,7 @@ impl Bodies {
                 "shape": face.shape,
                 "corners_m": points(&face.corners_m),
                 "edges": face.edges,
+                "footprints": footprints(&face.footprints),
             })
         };
         let nodes = self.tree.nodes.iter().map(|node| {
@@ -116,6 +135,13 @@ impl Bodies {
                 "shape": round.shape,
                 "center_m": point(round.center_m),
                 "axes_m": axes.map(point),
+                "footprints": footprints(&round.footprints),
+            })
+        });
+        let sides = self.sides.iter().map(|side| {
+            json!({
+                "corners_m": points(&side.corners_m),
+                "footprints": footprints(&side.footprints),
             })
         });
         json!({
@@ -123,8 +149,14 @@ impl Bodies {
             "shapes": shapes.collect::<Vec<_>>(),
             "nodes": nodes.collect::<Vec<_>>(),
             "rounds": rounds.collect::<Vec<_>>(),
+            "sides": sides.collect::<Vec<_>>(),
         })
     }
+}
+
+fn footprints(all: &[Footprint]) -> Vec<Value> {
+    let footprint = |one: &Footprint| json!([one.sensor, one.pixel, points(&one.corners_m)]);
+    all.iter().map(footprint).collect()
 }
 
 /// The colors of what has none of its own, by kind.
@@ -175,6 +207,7 @@ impl Builder {
                 shape,
                 center_m,
                 axes_m,
+                footprints: Vec::new(),
             });
         }
     }
@@ -219,6 +252,7 @@ fn faces_of(mesh: &Mesh, shape: usize) -> Vec<Face> {
         shape,
         corners_m: corners_m(outline),
         edges: edges(outline).map(is_crease).collect(),
+        footprints: Vec::new(),
     });
     faces.collect()
 }

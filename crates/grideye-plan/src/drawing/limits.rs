@@ -6,3 +6,5 @@ pub const FACES_MAX: usize = 10_000;
 pub const CIRCLES_MAX: usize = 400;
 /// Names in one view; names without room are omitted, too.
 pub const LABELS_MAX: usize = 40;
+/// Pixels of a sensor whose footprints are drawn.
+pub const FOOTPRINT_PIXELS_MAX: usize = 1_024;

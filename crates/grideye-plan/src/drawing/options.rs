@@ -1,5 +1,6 @@
 //! Options of a drawing.
 
+use grideye_draw::Rgb;
 use grideye_scene::Sensor;
 use std::time::Duration;
 
@@ -12,6 +13,8 @@ pub struct Drawing<'a> {
     pub sampled_by: Option<&'a Sensor>,
     /// The time at which agents and temperatures are drawn.
     pub time: Duration,
+    /// A sensor, by its number in the scene, and the color of each pixel's footprint.
+    pub frame: Option<(usize, &'a [Rgb])>,
 }
 
 impl<'a> Drawing<'a> {
@@ -22,6 +25,7 @@ impl<'a> Drawing<'a> {
             title,
             sampled_by: None,
             time: Duration::ZERO,
+            frame: None,
         }
     }
 }

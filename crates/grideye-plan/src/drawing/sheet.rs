@@ -3,7 +3,7 @@
 use super::bodies::{Bodies, Kind};
 use super::camera::{Camera, Panel};
 use super::labels::{Labels, width};
-use super::tree::{Drawn, Face, Round};
+use super::tree::{Drawn, Face, Footprint, Round};
 use crate::ground::View;
 use crate::plane::Plane;
 use glam::{DVec2, DVec3};
@@ -88,7 +88,7 @@ impl Sheet {
         }
     }
 
-    pub(super) fn bodies(&mut self, camera: &Camera, bodies: &Bodies) {
+    pub(super) fn bodies(&mut self, camera: &Camera, bodies: &Bodies, colors: &[Rgb]) {
         let depth_m = |at_m: DVec3| camera.depth_m(at_m);
         let side_of = |plane: &Plane| camera.side_of(plane);
         for drawn in bodies
@@ -96,9 +96,32 @@ impl Sheet {
             .far_to_near(bodies.rounds.iter(), side_of, depth_m)
         {
             match drawn {
-                Drawn::Face(face) => self.face(camera, bodies, face),
-                Drawn::Round(round) => self.round(camera, bodies, round),
+                Drawn::Face(face) => {
+                    self.face(camera, bodies, face);
+                    self.footprints(camera, &face.footprints, colors);
+                }
+                Drawn::Round(round) => {
+                    self.round(camera, bodies, round);
+                    self.footprints(camera, &round.footprints, colors);
+                }
             }
+        }
+    }
+
+    /// Each pixel's footprint that is seen from within the room, in its color.
+    pub(super) fn footprints(&mut self, camera: &Camera, footprints: &[Footprint], colors: &[Rgb]) {
+        for Footprint {
+            pixel, corners_m, ..
+        } in footprints
+        {
+            let Some(color) = colors.get(*pixel).filter(|_| camera.sees(corners_m)) else {
+                continue;
+            };
+            let element = self.svg.element("path").with("class", "footprint");
+            let element = element.with("d", path(camera, corners_m, true));
+            let element = element.with("fill", hex(*color));
+            element.with("fill-opacity", ".85").end();
+            self.svg.line_end();
         }
     }
 

@@ -4,6 +4,15 @@ use crate::plane::Plane;
 use glam::{DMat3, DVec3};
 use grideye_scene::count;
 
+/// The part of one surface that one pixel sees.
+#[derive(Debug, Clone)]
+pub(super) struct Footprint {
+    /// The index of its sensor in the scene.
+    pub(super) sensor: usize,
+    pub(super) pixel: usize,
+    pub(super) corners_m: Vec<DVec3>,
+}
+
 /// A flat convex face.
 #[derive(Debug, Clone)]
 pub(super) struct Face {
@@ -12,16 +21,20 @@ pub(super) struct Face {
     pub(super) corners_m: Vec<DVec3>,
     /// For each corner, whether the edge that starts there is drawn.
     pub(super) edges: Vec<bool>,
+    /// What pixels see of it.
+    pub(super) footprints: Vec<Footprint>,
 }
 
 /// An ellipsoid.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Round {
     /// The index of its shape.
     pub(super) shape: usize,
     pub(super) center_m: DVec3,
     /// Its semi-axes as columns.
     pub(super) axes_m: DMat3,
+    /// What pixels see of it.
+    pub(super) footprints: Vec<Footprint>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -173,6 +186,7 @@ fn cut(face: &Face, plane: &Plane) -> [Face; 2] {
         shape: face.shape,
         corners_m: Vec::new(),
         edges: Vec::new(),
+        footprints: Vec::new(),
     };
     let mut parts = [empty(), empty()];
     let corners = face.corners_m.len();
@@ -211,6 +225,7 @@ mod tests {
             shape,
             corners_m: corners.to_vec(),
             edges: vec![true; 4],
+            footprints: Vec::new(),
         }
     }
 
@@ -292,6 +307,7 @@ mod tests {
             shape,
             center_m: DVec3::new(2.0, 2.0, z),
             axes_m: DMat3::IDENTITY,
+            footprints: Vec::new(),
         };
         let mut downwards = level(1, 2.0);
         downwards.corners_m.reverse();

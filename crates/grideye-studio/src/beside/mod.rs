@@ -4,19 +4,19 @@
 //! | GET | returns |
 //! |---|---|
 //! | `/v1/scenes` | the folder's scenes, with their sensors |
-//! | `/v1/scenes/{scene}/plan` | the room from above |
+//! | `/v1/scenes/{scene}/room?at_s=12` | the room and who is where, to be drawn from any side |
 //! | `/v1/scenes/{scene}/sensors/{sensor}/frames?at_s=12` | five seconds of simulated frames, with the agents' positions |
 //! | `/v1/scenes/{scene}/sensors/{sensor}/comparison?device=…&of=…` | scores, floors, ceilings and verdict for the last seconds |
 //!
 //! The collector knows nothing of scenes: it is given these routes, and requires the same tokens as for its own.
 
 mod frames;
-mod plan;
 mod verdict;
 mod window;
 
 use crate::assets;
 use crate::catalogue::{Catalogue, LoadedScene, SceneEntry, unusable};
+use crate::outline;
 use crate::queue::Queue;
 use axum::Router;
 use axum::extract::{Path as PathOf, Query, State};
@@ -28,6 +28,7 @@ use grideye_frame::{COLUMNS, ROWS};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::sync::Arc;
+use std::time::Duration;
 use verdict::{Question, Verdicts};
 
 /// The routes for the scenes of a catalogue, and the panel on the live page; `demonstration` names the scene and its sensor that
@@ -45,7 +46,7 @@ pub(crate) fn annex(
         });
         Router::new()
             .route("/v1/scenes", get(scenes))
-            .route("/v1/scenes/{scene}/plan", get(floor_plan))
+            .route("/v1/scenes/{scene}/room", get(room))
             .route("/v1/scenes/{scene}/sensors/{sensor}/frames", get(simulated))
             .route(
                 "/v1/scenes/{scene}/sensors/{sensor}/comparison",
@@ -108,19 +109,26 @@ fn entry(scene: &SceneEntry) -> Value {
     })
 }
 
-async fn floor_plan(
-    State(beside): Shared,
-    PathOf(scene): PathOf<String>,
-) -> Result<Json<Value>, Refusal> {
-    let scene = beside.find(scene).await?;
-    Ok(Json(plan::plan(&scene.usable()?.scene)))
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct At {
     /// A second of the scene.
     at_s: f64,
+}
+
+async fn room(
+    State(beside): Shared,
+    PathOf(scene): PathOf<String>,
+    Query(At { at_s }): Query<At>,
+) -> Result<Json<Value>, Refusal> {
+    let scene = beside.find(scene).await?;
+    scene.usable()?;
+    let at = Duration::try_from_secs_f64(at_s).unwrap_or_default();
+    let drawn = beside.queue.run(move || match &scene.loaded {
+        Ok(loaded) => outline::room_at(&loaded.scene, at.min(loaded.scene.duration())),
+        Err(_) => Value::Null,
+    });
+    Ok(Json(drawn.await?))
 }
 
 async fn simulated(

@@ -2,9 +2,9 @@
 
 use super::edit::{self, EDITS_MAX, Edit};
 use super::fault::{Fault, ORIGIN};
-use super::outline;
 use super::store::{SceneStore, TEXT_BYTES_MAX, version_of};
 use super::trajectory::{self, TrajectoryEdit};
+use crate::outline;
 use crate::rounding::hundredths;
 use axum::http::StatusCode;
 use grideye_collector::Refusal;

@@ -15,7 +15,6 @@ mod coverage;
 mod draft;
 mod edit;
 mod fault;
-mod outline;
 mod store;
 mod trajectory;
 

@@ -246,8 +246,8 @@ async fn simulated_frames_come_in_pieces_with_the_agents_positions() {
 async fn missing_things_get_errors_with_hints() {
     let page = Page::new(&[("still.toml", STILL), ("walk.toml", WALK)]).await;
     for (status, code, path) in [
-        (404, "no_such_scene", "none/plan"),
-        (404, "no_such_scene", "..%2Fstill/plan"),
+        (404, "no_such_scene", "none/room?at_s=0"),
+        (404, "no_such_scene", "..%2Fstill/room?at_s=0"),
         (404, "no_such_sensor", "still/sensors/wall/frames?at_s=0"),
         (422, "unusable_scene", "still/sensors/fine/frames?at_s=0"),
         (422, "no_origin_ns", "walk/COMPARISON"),
@@ -261,27 +261,32 @@ async fn missing_things_get_errors_with_hints() {
     }
 }
 
+/// The tangent of half the view of 60 degrees times the height of 2.7 m: as far the sensor sees the floor to each side.
+const REACH_M: f64 = 1.559;
+
 #[tokio::test]
-async fn a_plan_has_room_objects_sensors_and_ways() {
+async fn a_room_has_who_is_where_and_what_each_pixel_sees() {
     let page = Page::new(&[("still.toml", STILL), ("walk.toml", WALK)]).await;
-    let (_, plan) = page.get("/v1/scenes/still/plan").await;
-    assert_eq!(plan["room_m"].as_array().unwrap().len(), 4);
-    assert_eq!(plan["objects"][0]["name"], "cube");
-    let outline = plan["objects"][0]["outline_m"].as_array().unwrap();
-    assert!(outline.contains(&json!([1.65, 1.65])), "{outline:?}");
-    assert_eq!(plan["sensors"][0]["at_m"], json!([2.0, 2.0, 2.7]));
-    // 60 degrees from 2.7 m: half of it reaches tan 30° times 2.7 m, 1.559 m, to each side.
-    let view = plan["sensors"][0]["in_view_m"].as_array().unwrap();
-    assert!(view.contains(&json!([0.441, 0.441])), "{view:?}");
-    let (_, plan) = page.get("/v1/scenes/walk/plan").await;
-    assert_eq!(plan["agents"][0]["way_m"], json!([[0.5, 2.0], [3.5, 2.0]]));
-    assert_eq!(plan["agents"][0]["is_person"], false);
-    // 300 by 500 mm, about its own position.
-    let body = plan["agents"][0]["body_m"][0].as_array().unwrap();
-    assert!(
-        body.len() == 4 && body.contains(&json!([0.15, 0.25])),
-        "{body:?}"
-    );
+    let (_, still) = page.get("/v1/scenes/still/room?at_s=0").await;
+    assert_eq!(still["room"]["outline_m"].as_array().unwrap().len(), 4);
+    assert_eq!(still["items"][0]["at_m"], json!([2.0, 2.0, 2.7]));
+    let shapes = still["drawing"]["shapes"].as_array().unwrap();
+    assert!(shapes.iter().any(|shape| shape["name"] == "cube"));
+    // The first pixel sees the corner of the field of view, and the sensor's columns run from +y.
+    let floor = still["drawing"]["sides"].as_array().unwrap().iter();
+    let footprints = floor.flat_map(|side| side["footprints"].as_array().unwrap());
+    let corners: Vec<f64> = footprints
+        .filter(|one| one[0] == 0)
+        .flat_map(|one| one[2].as_array().unwrap())
+        .map(|corner| (corner[0].as_f64().unwrap() - 2.0).abs())
+        .collect();
+    let far = corners.iter().copied().fold(0.0, f64::max);
+    assert!((far - REACH_M).abs() < 0.002, "{far}");
+    // 300 by 500 mm about its own position, half a meter on each second.
+    for (at_s, x_m) in [(0, 0.5), (2, 1.5), (99, 3.5)] {
+        let (_, walk) = page.get(&format!("/v1/scenes/walk/room?at_s={at_s}")).await;
+        assert_eq!(walk["items"][0]["at_m"], json!([x_m, 2.0, 0.0]), "{at_s}");
+    }
 }
 
 #[tokio::test]

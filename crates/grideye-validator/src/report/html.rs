@@ -10,6 +10,7 @@ use crate::verdict::Verdict;
 use crate::verdict::types::upper;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use grideye_draw::Rgb;
 use grideye_draw::text::{escape, fixed, seconds, signed};
 use std::time::Duration;
 
@@ -46,10 +47,13 @@ pub fn html(comparison: &Comparison, context: &Context) -> String {
     )
 }
 
-/// The scene's time in the frames that are shown large; `None` without frames.
+/// The scene's time in the frames that are shown large, and the colors of the real one; `None` without frames.
 #[must_use]
-pub fn key_time(comparison: &Comparison) -> Option<Duration> {
-    image::key_frame(comparison).map(|key| key.scene_time)
+pub fn key_colors(comparison: &Comparison) -> Option<(Duration, Vec<Rgb>)> {
+    let shows = Shows::Temperatures(image::shared_range(comparison));
+    let key = image::key_frame(comparison)?;
+    let colors = key.real.iter().map(|celsius| shows.color(*celsius));
+    Some((key.scene_time, colors.collect()))
 }
 
 /// A section that a click opens; nothing of an empty one.
@@ -167,7 +171,7 @@ fn room(context: &Context, time: &str) -> String {
     let room = STANDARD.encode(&context.room);
     format!(
         "<figure><img alt=\"The room at {time} of the scene\" src=\"data:image/svg+xml;base64,{room}\">\
-         <figcaption><b>Room</b> at {time} of the scene</figcaption></figure>\n"
+         <figcaption><b>Room</b> at {time} of the scene, with what each pixel sees in the color of the real frame</figcaption></figure>\n"
     )
 }
 

@@ -103,7 +103,7 @@ pub(crate) fn scale(shows: Shows) -> String {
 }
 
 impl Shows {
-    fn color(self, value: f64) -> Rgb {
+    pub(crate) fn color(self, value: f64) -> Rgb {
         match self {
             Self::Temperatures((low, high)) => {
                 color(&INFERNO, (value - low) / (high - low).max(1e-9))

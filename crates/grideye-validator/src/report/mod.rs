@@ -12,7 +12,7 @@ pub(crate) mod plots;
 mod scores;
 pub(crate) mod text;
 
-pub use html::{html, key_time};
+pub use html::{html, key_colors};
 pub use json::{json, summary};
 pub use junit::junit;
 pub use scores::{scores_line, table};

@@ -46,7 +46,7 @@ pub struct Context {
     pub experiment: Option<u8>,
     #[serde(skip)]
     pub thresholds: Vec<ThresholdLine>,
-    /// The room as an SVG, at the [`key_time`](super::key_time) of the comparison; without it, none is shown.
+    /// The room as an SVG, at the [`key_colors`](super::key_colors) of the comparison; without it, none is shown.
     #[serde(skip)]
     pub room: String,
 }

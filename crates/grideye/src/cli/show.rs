@@ -38,23 +38,13 @@ pub(crate) struct Demo {
     /// Emulated seconds per real second.
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive)]
     pub(crate) speed: f64,
-    /// Address of the live page.
-    ///
-    /// Port 0 picks a free one.
-    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:0")]
-    pub(crate) listen: SocketAddr,
-    /// Open the live page in a browser.
-    ///
-    /// Calls `xdg-open`, or `open` on macOS.
-    #[arg(long)]
-    pub(crate) open: bool,
     /// Seed of the emulated sensor's noise.
     ///
     /// The comparison simulates with another seed.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     #[command(flatten)]
-    pub(crate) scenes: Scenes,
+    pub(crate) page: Page,
 }
 
 /// Play any recording in a browser.
@@ -66,6 +56,13 @@ pub(crate) struct Demo {
 pub(crate) struct View {
     /// Recording of any format.
     pub(crate) recording: PathBuf,
+    #[command(flatten)]
+    pub(crate) page: Page,
+}
+
+/// The page that a command serves until Ctrl-C.
+#[derive(Debug, Args)]
+pub(crate) struct Page {
     /// Address of the page.
     ///
     /// Port 0 picks a free one.

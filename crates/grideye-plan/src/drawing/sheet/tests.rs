@@ -44,7 +44,7 @@ fn square(size_mm: f64, edges: [bool; 4]) -> Vec<String> {
     let mut face = bodies.tree.nodes[0].faces[0].clone();
     face.edges = edges.to_vec();
     bodies.tree = Tree::new(vec![face]);
-    drawn(|sheet| sheet.bodies(&map(), &bodies))
+    drawn(|sheet| sheet.bodies(&map(), &bodies, &[]))
 }
 
 #[test]

@@ -17,7 +17,7 @@ const WAYPOINTS_MAX: usize = 200;
 const KINDS: [&str; 4] = ["object", "mosaic", "agent", "sensor"];
 
 /// The room, and everything with a table in the text, in order.
-pub(super) fn outline(text: &str, scene: &Scene, at: Duration) -> Value {
+pub(crate) fn outline(text: &str, scene: &Scene, at: Duration) -> Value {
     let document: toml::Table = text.parse().unwrap_or_default();
     let document = serde_json::to_value(document).unwrap_or_default();
     let moment = Moment { scene, at };
@@ -33,6 +33,24 @@ pub(super) fn outline(text: &str, scene: &Scene, at: Duration) -> Value {
         "keys": plain(&document),
         "room": room(scene, &document["room"]),
         "items": items,
+        "drawing": drawing::json(scene, at, FACES_MAX),
+    })
+}
+
+/// The same of a scene without its text: what stands in it, without the keys.
+pub(crate) fn room_at(scene: &Scene, at: Duration) -> Value {
+    let moment = Moment { scene, at };
+    let agents = scene.agents().iter().map(|agent| ("agent", &agent.name));
+    let sensors = scene
+        .sensors()
+        .iter()
+        .map(|sensor| ("sensor", &sensor.name));
+    let named = agents.chain(sensors).enumerate();
+    let items =
+        named.map(|(index, (kind, name))| moment.item(kind, index, &json!({ "name": name })));
+    json!({
+        "room": room(scene, &Value::Null),
+        "items": items.collect::<Vec<Value>>(),
         "drawing": drawing::json(scene, at, FACES_MAX),
     })
 }
