@@ -11,10 +11,10 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 /// A running demonstration; killed when dropped.
-struct Demo {
+pub(crate) struct Demo {
     child: Child,
     messages: BufReader<std::process::ChildStderr>,
-    page: String,
+    pub(crate) page: String,
 }
 
 impl Demo {
@@ -22,7 +22,11 @@ impl Demo {
         Self::start_as(grideye(), out, arguments)
     }
 
-    fn start_as(mut command: Command, out: &Path, arguments: &[&str]) -> Result<Self, Failure> {
+    pub(crate) fn start_as(
+        mut command: Command,
+        out: &Path,
+        arguments: &[&str],
+    ) -> Result<Self, Failure> {
         command.arg("demo").args(arguments).arg("--out").arg(out);
         Self::of(command, "live page")
     }
@@ -183,7 +187,7 @@ fn the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report() ->
     for part in [
         "[data-side=simulated] .heat",
         "[data-side=difference] .heat",
-        ".plan .room",
+        ".plan canvas",
         "[data-field=verdict]",
     ] {
         assert!(

@@ -9,5 +9,6 @@ mod exports;
 mod keys;
 mod live;
 mod login;
+mod pictures;
 mod recordings;
 mod view;
