@@ -4,7 +4,7 @@ use crate::errors::raised;
 use crate::work::{goes_on, work_shown};
 use grideye_dataset::{Part, Table};
 use grideye_inputs::{Beside, InputError, LoadedScene, SceneText, sensor_name};
-use grideye_plan::drawing::perspective;
+use grideye_plan::drawing::{Drawing, perspective};
 use grideye_scene::{Sensor, Simulator};
 use grideye_validator::STATIC_FRAMES;
 use pyo3::prelude::*;
@@ -65,7 +65,11 @@ impl Scene {
     /// Without words, as SVG.
     fn svg(&self, time_s: f64) -> String {
         let time = Duration::try_from_secs_f64(time_s).unwrap_or_default();
-        perspective(&self.loaded.scene, time)
+        let drawing = Drawing {
+            time,
+            ..Drawing::new("")
+        };
+        perspective(&self.loaded.scene, &drawing)
     }
 
     /// The frames with labels, as the bytes of an `.npy` file.
