@@ -39,7 +39,7 @@ impl Picture {
             .chunks(channels)
             .flat_map(|dot| dot[..3].to_vec())
             .collect();
-        let [width, height] = [info.width, info.height].map(|side| side as usize);
+        let (width, height) = (usize::try_from(info.width)?, usize::try_from(info.height)?);
         Ok(Self { width, height, rgb })
     }
 
@@ -70,7 +70,9 @@ impl Picture {
 
     fn apart(&self, other: &Self) -> f64 {
         let cells = self.coarse().into_iter().zip(other.coarse());
-        cells.map(|(one, other)| (one - other).abs()).sum::<f64>() / (COARSE * COARSE) as f64
+        let mean = cells.map(|(one, other)| ((one - other).abs(), 1.0));
+        let (sum, cells) = mean.fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
+        sum / cells
     }
 }
 
@@ -99,7 +101,7 @@ fn indexed(rgb: &[u8]) -> Vec<u8> {
 /// An animated PNG that repeats.
 fn film(pictures: &[Picture]) -> Result<Vec<u8>, Failure> {
     let first = pictures.first().ok_or("no pictures")?;
-    let [width, height] = [first.width, first.height].map(|side| side as u32);
+    let (width, height) = (u32::try_from(first.width)?, u32::try_from(first.height)?);
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Indexed);
