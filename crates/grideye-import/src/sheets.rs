@@ -13,6 +13,8 @@ use zip::ZipArchive;
 
 /// Columns of a sheet; those of the largest sensor here are 1,024.
 const COLUMNS_MAX: u32 = 2_048;
+/// Twice as long as the longest that programs write: links of 2,083 characters, in the place and in the text.
+const TAG_BYTES_MAX: usize = 8_192;
 /// As many as Excel has.
 const ROWS_MAX: u32 = 1_048_576;
 /// Sheets named in an error.
@@ -77,6 +79,12 @@ fn unpacked(book: &[u8], allowance: &Allowance) -> Result<usize, ImportError> {
         })?;
         largest = largest.max(bytes.len());
         let xml = String::from_utf8_lossy(&bytes);
+        // Of a tag the reader compares each attribute with all before it.
+        let tags = xml.split('<').filter(|tag| !tag.starts_with(['!', '?']));
+        let longest = tags.filter_map(|tag| tag.find('>')).max().unwrap_or(0);
+        if longest > TAG_BYTES_MAX {
+            return Err(wrong(&format!("a tag of {longest} bytes, in {name}")));
+        }
         // As many texts the reader makes room for.
         for (at, key) in xml.match_indices("uniqueCount") {
             let value = xml[at + key.len()..].trim_start().trim_start_matches('=');

@@ -8,7 +8,8 @@ use grideye_agent::config::Config;
 use grideye_agent::output;
 use grideye_agent::spool::{QUARANTINE, REFUSED};
 use grideye_recording::wire::Batch;
-use std::fs::{self, OpenOptions};
+use rustix::fs::{FlockOperation, flock};
+use std::fs::{self, File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -21,14 +22,24 @@ pub(crate) fn run(args: &ResendArgs) -> anyhow::Result<ExitCode> {
     let config = with_spool_folder(config, &args.config)?;
     let folder = config.spool.folder.clone();
     let folder = folder.ok_or_else(|| BadUsage(StartError::NoSpoolFolder.to_string()))?;
+    let quarantine = folder.join(QUARANTINE);
+    let alone = File::open(&quarantine)
+        .with_context(|| format!("{}\nhint: spool.folder in the configuration names its parent; only root or the service's user may read it", quarantine.display()))?;
+    // Two at once would put back twice what they could not send.
+    if flock(&alone, FlockOperation::NonBlockingLockExclusive).is_err() {
+        anyhow::bail!(
+            "another grideye-agent resend is at work in {}\nhint: wait for it; nothing was sent",
+            quarantine.display()
+        );
+    }
     let (mut taken, mut left) = (0, 0);
-    for file in rejected(&folder.join(QUARANTINE))? {
+    for file in rejected(&quarantine)? {
         let counts = resend(&config, &file)?;
         (taken, left) = (taken + counts.0, left + counts.1);
     }
     output::result(format_args!(
         "{taken} records sent again and taken, {left} left in {}\n",
-        folder.join(QUARANTINE).display()
+        quarantine.display()
     ))?;
     Ok(ExitCode::from(if left == 0 { 0 } else { FAILED }))
 }
@@ -36,10 +47,8 @@ pub(crate) fn run(args: &ResendArgs) -> anyhow::Result<ExitCode> {
 /// The files of rejected records, in the order of their names; before each the one that a killed run left of it, which it would
 /// else be renamed over.
 fn rejected(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let names = fs::read_dir(folder)
-        .with_context(|| format!("{}\nhint: spool.folder in the configuration names its parent; only root or the service's user may read it", folder.display()))?;
-    let files: Result<Vec<PathBuf>, _> = names.map(|entry| Ok(entry?.path())).collect();
-    let mut files = files.map_err(|error: std::io::Error| anyhow::anyhow!(error))?;
+    let names = fs::read_dir(folder)?.map(|entry| Ok(entry?.path()));
+    let mut files = names.collect::<anyhow::Result<Vec<PathBuf>>>()?;
     files.retain(|file| {
         let name = file.file_name().and_then(|name| name.to_str());
         name.is_some_and(|name| name.starts_with(REFUSED))

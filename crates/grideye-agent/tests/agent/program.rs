@@ -4,6 +4,7 @@ use crate::patience::wait_for;
 use crate::spool::record;
 use crate::support::*;
 use grideye_recording::wire;
+use rustix::fs::{FlockOperation, flock};
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::BufRead as _;
 use std::process::{Command, Output, Stdio};
@@ -300,6 +301,16 @@ fn rejected_records_are_sent_again_and_those_that_are_rejected_again_stay() {
         std::fs::read_to_string(&file).unwrap(),
         format!("{}\n{cut}\n", line(6))
     );
+    // Another one is at it.
+    let other = std::fs::File::open(&quarantine).unwrap();
+    flock(&other, FlockOperation::LockExclusive).unwrap();
+    let told = "error: another grideye-agent resend is at work in ";
+    sent_to(&Collector::storing().url, 1, told);
+    assert_eq!(
+        std::fs::read_to_string(&file).unwrap(),
+        format!("{}\n{cut}\n", line(6))
+    );
+    drop(other);
     // Of a run that was killed, beside what a running agent set aside since.
     std::fs::write(quarantine.join("refused-b1.jsonl.sending"), line(9)).unwrap();
     std::fs::write(&file, line(6)).unwrap();

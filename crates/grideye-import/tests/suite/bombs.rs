@@ -335,6 +335,13 @@ mod books {
                 "{ended}"
             );
         }
+        let attributes: String = (0..200_000).map(|name| format!(" a{name}=\"\"")).collect();
+        let tag = format!("<row{attributes}>{cells}</row>");
+        let (_, ended) = read("tag.xlsx", &book(1, &tag, &strings("=\"0\"", "")));
+        assert!(
+            ended.contains("bytes, in xl/worksheets/sheet1.xml"),
+            "{ended}"
+        );
         let laughs: String = (1..30)
             .map(|level| format!("<!ENTITY a{level} \"&a{};&a{};\">", level - 1, level - 1))
             .collect();
