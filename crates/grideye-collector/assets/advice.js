@@ -30,6 +30,7 @@ const FAULTS = {
   "spool-failed": "The spool's disk fails: read dmesg and replace the card.",
   "spool-slow": "The device's disk is slow, so a power cut costs more frames than stated: find what else writes to it.",
   "spool-damaged": "Part of the spool was unreadable and was set aside: read dmesg and replace the card.",
+  "lost-by-collector": "The collector's store was replaced by an older one, and the agent no longer holds these frames: restore a newer backup, if there is one.",
   "lost-in-memory": "The agent was killed or lost power with frames in memory: set spool.mode = \"always\" to lose at most one sync.",
 };
 

@@ -2,7 +2,7 @@
 
 use grideye_agent::{deliver, queue, sampler, spool};
 use grideye_frame::NoData;
-use grideye_recording::wire::LOST_IN_MEMORY;
+use grideye_recording::wire::{LOST_BY_COLLECTOR, LOST_IN_MEMORY};
 use grideye_tests::live_page::{
     Outcome, Server, assert_quiet, batch, frame, keep_picture, person, set_up,
 };
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use std::cell::Cell;
 
 /// What an agent counts beside the reasons of missing frames.
-const COUNTED: [&str; 17] = [
+const COUNTED: [&str; 18] = [
     deliver::BACKLOG_FORBIDDEN,
     deliver::SPOOL_DISK_FULL,
     deliver::SPOOL_FAILED,
@@ -28,6 +28,7 @@ const COUNTED: [&str; 17] = [
     sampler::THERMISTOR_LATE,
     spool::SPOOL_DAMAGED,
     spool::SPOOL_FULL,
+    LOST_BY_COLLECTOR,
     LOST_IN_MEMORY,
 ];
 
