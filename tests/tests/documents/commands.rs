@@ -283,6 +283,14 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
             "a_sensor_that_is_removed_leaves_nothing_behind",
         ),
     ),
+    // crates/grideye-python/README.md
+    (
+        "cargo build --release -p grideye-hil -p grideye-python && pip install $(crates/grideye-python/wheel --from target/release dist)",
+        By(
+            "tests/tests/python_package.rs",
+            "the_wheel_installs_without_rust_and_its_suite_passes",
+        ),
+    ),
     // tests/examples/driver-ci/README.md
     (
         "cp -r tests/examples/driver-ci /tmp/driver && ln -s \"$PWD\" /tmp/driver/grideye-hil",
