@@ -109,7 +109,7 @@ def test_files_are_those_of_convert(tmp_path, walk, rec, end):
 
 
 def test_rerun_gets_every_frame_that_is_there(monkeypatch, rec):
-    """Rerun's wheel is larger than all others together, so its two functions are stood in for; by hand: see CHANGELOG."""
+    """Rerun's wheel is larger than all others together, so its three functions are stood in for."""
     logged = []
 
     class Rerun:

@@ -52,13 +52,14 @@ def test_batches_are_the_frames_of_the_data_set(tmp_path):
     np.testing.assert_array_equal(records["mask"], theirs["mask"][:64])
 
 
-def test_a_data_set_is_the_program_s(tmp_path):
+def test_a_data_set_is_the_program_s(tmp_path, capsys):
     scene = ge.Scene.load(SCENES / "experiment-1.toml")
     options = {"frames": 60, "seed": 2, "split": "train=0.5,test=0.5", "formats": ["npz"]}
     told = ge.dataset(scene, tmp_path / "ours", vary=["room.ambient_c=18..26"], **options)
     command = ["--frames", 60, "--seed", 2, "--split", "train=0.5,test=0.5", "--format", "npz", "--vary", "room.ambient_c=18..26"]
     grideye("dataset", SCENES / "experiment-1.toml", *command, "--out", tmp_path / "theirs")
     assert told["frames_of_dataset"] == 60
+    assert "has no step_c" in capsys.readouterr().err
     files = {folder: {file.name: file.read_bytes() for file in (tmp_path / folder).iterdir()} for folder in ("ours", "theirs")}
     assert files["ours"] == files["theirs"]
     with pytest.raises(ge.InputError) as error:
@@ -76,6 +77,11 @@ def test_a_sensor_is_characterized_as_by_the_program(tmp_path):
     assert ge.compare(ge.Scene.room((3, 3, 2.5)), rec, profile=tmp_path / "ours.toml").verdict is not ge.Verdict.DISAGREES
     with pytest.raises(ge.InputError, match="frames|short|recording"):
         ge.characterize(rec[:5])
+    # Too short to tell whether somebody is there: an answer, but no profile.
+    assert ge.characterize(rec[:60])["frames"] == 60
+    with pytest.raises(ge.InputError, match="cannot tell whether the room is empty"):
+        ge.characterize(rec[:60], profile=tmp_path / "none.toml")
+    assert not (tmp_path / "none.toml").exists()
 
 
 def test_a_scene_is_calibrated_as_by_the_program(tmp_path):

@@ -59,12 +59,13 @@ def characterize(
         report: a page to write.
 
     Raises:
-        InputError: what is wrong, or that the recording is too short.
+        InputError: what is wrong, that the recording is too short, or why the profile was not written.
     """
     with _Folder() as folder:
         options = {"profile": profile, "empty": empty, "sensor": sensor, "report": report, "json": "-"}
         options["scene"] = None if scene is None else folder.scene(scene)
-        return _json("characterize", folder.recording(recording), **options)
+        # Without a profile, what is not clear of the room is part of the answer.
+        return _json("characterize", folder.recording(recording), is_whole=profile is not None, **options)
 
 
 def calibrate(
@@ -181,7 +182,7 @@ def dataset(
     """
     with _Folder() as folder:
         varied = _varied(folder, source, vary, in_view)
-        options = {"frames": frames, "clip": clip, "seed": seed, "sensor": sensor, "split": split, "threads": threads}
+        options: dict[str, Any] = {"frames": frames, "clip": clip, "seed": seed, "sensor": sensor, "split": split, "threads": threads}
         return _json("dataset", *varied, format=",".join(formats), out=out, json=True, **options)
 
 
@@ -300,8 +301,10 @@ def _varied(
     return words
 
 
-def _json(verb: str, *arguments: Union[str, Path], **options: Any) -> dict[str, Any]:
-    """What the program answers. On a terminal it shows its progress there."""
+def _json(verb: str, *arguments: Union[str, Path], is_whole: bool = False, **options: Any) -> dict[str, Any]:
+    """What the program answers; with `is_whole`, only if it could do all. What it remarks goes to standard error, as its progress
+    does on a terminal.
+    """
     words = [_program(), verb, *map(str, arguments)]
     for name, value in options.items():
         if value is True:
@@ -313,7 +316,8 @@ def _json(verb: str, *arguments: Union[str, Path], **options: Any) -> dict[str, 
     told = ended.stderr or f"grideye {verb} ended with {ended.returncode}"
     if ended.returncode < 0:
         raise KeyboardInterrupt if ended.returncode == -2 else RuntimeError(told)
-    if ended.stdout.strip():
+    if ended.stdout.strip() and not (is_whole and ended.returncode):
+        sys.stderr.write(ended.stderr or "")
         return dict(json.loads(ended.stdout))
     problem, _, hint = told.rpartition("error: ")[2].strip().partition("\nhint: ")
     raise InputError(problem, hint or None)
