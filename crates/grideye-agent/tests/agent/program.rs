@@ -7,6 +7,7 @@ use grideye_recording::wire;
 use rustix::fs::{FlockOperation, flock};
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::BufRead as _;
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
@@ -243,6 +244,21 @@ fn line(seq: u64) -> String {
     String::from_utf8(batch.to_json().unwrap()).unwrap()
 }
 
+fn assert_resend_ends(spool: &Path, collector: &str, code: i32, said: &str) {
+    let config = configuration(&NO_BUS.replace(
+        "http://127.0.0.1:9\"",
+        &format!(
+            "{collector}\"\n[spool]\nmode = \"outage\"\nfolder = \"{}\"",
+            spool.display()
+        ),
+    ));
+    assert_ends(
+        &["resend", "--config", config.path().to_str().unwrap()],
+        code,
+        said,
+    );
+}
+
 #[test]
 fn rejected_records_are_sent_again_and_those_that_are_rejected_again_stay() {
     let folder = tempfile::tempdir().unwrap();
@@ -260,18 +276,7 @@ fn rejected_records_are_sent_again_and_those_that_are_rejected_again_stay() {
     .unwrap();
     std::fs::write(quarantine.join("segment-0000000000000001"), b"damaged").unwrap();
     let sent_to = |collector: &str, code: i32, said: &str| {
-        let config = configuration(&NO_BUS.replace(
-            "http://127.0.0.1:9\"",
-            &format!(
-                "{collector}\"\n[spool]\nmode = \"outage\"\nfolder = \"{}\"",
-                folder.path().display()
-            ),
-        ));
-        assert_ends(
-            &["resend", "--config", config.path().to_str().unwrap()],
-            code,
-            said,
-        );
+        assert_resend_ends(folder.path(), collector, code, said);
     };
     let refusing = Collector::start(vec![Conduct::RefuseSeq(6)]);
     sent_to(
