@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod comparison;
+pub mod counting;
 mod error;
 mod read;
 mod scene;

@@ -2,6 +2,7 @@
 
 mod access;
 mod align;
+mod count;
 mod coverage;
 mod dataset;
 mod emulate;
@@ -26,6 +27,7 @@ pub(crate) use access::{
     TokenWhat,
 };
 pub(crate) use align::Align;
+pub(crate) use count::Count;
 pub(crate) use coverage::Coverage;
 pub(crate) use dataset::{Dataset, Preset};
 pub(crate) use emulate::{Emulate, Scl, Via};
@@ -75,6 +77,7 @@ pub(crate) enum Command {
     Convert(Convert),
     Calibrate(Calibrate),
     Characterize(Characterize),
+    Count(Count),
     Audit(Audit),
     Migrate(Migrate),
     Backup(Backup),

@@ -24,6 +24,7 @@ mod collect;
 mod compare;
 mod completions;
 mod convert;
+mod count;
 mod coverage;
 mod dataset;
 mod demo;
@@ -66,6 +67,7 @@ fn main() -> ExitCode {
         Command::Enroll(options) => access::enroll(&options),
         Command::Token(options) => access::token(&options.command),
         Command::Record(options) => record::run(&options),
+        Command::Count(options) => count::run(&options),
         Command::Orient(options) => orient::run(&options),
         Command::Compare(options) => compare::run(&options),
         Command::Convert(options) => convert::run(&options),

@@ -22,6 +22,8 @@ const RIGHT: &str = "Compare:
   compare      Recording against scene
   calibrate    Fit a scene's unknowns
   characterize Measure a sensor's noise
+Count:
+  count        How many people are there
 Data:
   convert      Change the file format
   audit        Account for every frame

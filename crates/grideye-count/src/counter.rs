@@ -1,0 +1,171 @@
+//! Counts the people in front of one sensor, frame by frame.
+
+use crate::background::{Background, empty_room, leveled};
+use crate::network::{CLASSES, Network, UNITS_PER_DEGREE};
+use crate::places::Places;
+use grideye_frame::{Celsius, PIXELS};
+
+/// How often a number of people changes, per second: who crosses the view is in it for two seconds.
+const CHANGES_PER_S: f32 = 0.5;
+/// What a frame says that those before it did not: they share the background's errors and the posture.
+const NEWS: f32 = 0.8;
+/// The longest time between frames that what was known before survives.
+const GAP_S: f64 = 5.0;
+/// An input's highest value.
+const INPUT_MAX: f32 = 32_767.0;
+
+/// The people in front of one sensor. A frame takes 64 temperatures and a time; memory does not grow.
+#[derive(Debug, Clone)]
+pub struct Counter {
+    background: Background,
+    /// The chance of each count so far.
+    chances: [f32; CLASSES],
+    last_s: Option<f64>,
+}
+
+/// The count of one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Count {
+    /// People in view: 0, 1, 2, or 3 for three and more.
+    pub people: u8,
+    /// The chance of each count, from this frame and those before it.
+    pub chances: [f32; CLASSES],
+    /// What this frame alone says.
+    pub alone: [f32; CLASSES],
+    /// Where they are: as many places as people, more from three on.
+    pub places: Places,
+    /// Their pixels, pixel 1 as the lowest bit.
+    pub pixels: u64,
+    /// The frame less the empty room, °C.
+    pub excess: [f32; PIXELS],
+}
+
+impl Default for Counter {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Counter {
+    /// A counter that learns the empty room from the first half minute of frames.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self::from(Background::starting())
+    }
+
+    /// A counter that knows the empty room, in °C: of a profile's `[background]`, or of [`Counter::room_of`].
+    #[must_use]
+    pub const fn with_background(celsius: [f32; PIXELS]) -> Self {
+        Self::from(Background::known(celsius))
+    }
+
+    const fn from(background: Background) -> Self {
+        Self {
+            background,
+            chances: [1.0 / CLASSES as f32; CLASSES],
+            last_s: None,
+        }
+    }
+
+    /// The empty room of frames in which people come and go; the frames change their order.
+    #[must_use]
+    pub fn room_of(frames: &mut [[f32; PIXELS]]) -> [f32; PIXELS] {
+        for frame in frames.iter_mut() {
+            *frame = leveled(*frame);
+        }
+        empty_room(frames)
+    }
+
+    /// Takes the next frame, measured at `at_s` seconds of any clock that does not go back.
+    ///
+    /// `None` while the empty room is not known yet.
+    pub fn see(
+        &mut self,
+        network: &Network<'_>,
+        at_s: f64,
+        celsius: &[f32; PIXELS],
+    ) -> Option<Count> {
+        let passed_s = self.last_s.map_or(0.0, |last_s| (at_s - last_s).max(0.0));
+        self.last_s = Some(at_s);
+        let excess = self.background.excess(at_s, celsius)?;
+        let alone = chances(&network.scores(&excess.map(input)));
+        if passed_s > GAP_S {
+            self.chances = [1.0 / CLASSES as f32; CLASSES];
+        }
+        self.chances = updated(&self.chances, &alone, passed_s.min(GAP_S) as f32);
+        let people = most_likely(&self.chances);
+        let most = if usize::from(people) + 1 == CLASSES {
+            usize::MAX
+        } else {
+            people.into()
+        };
+        let places = Places::of(&excess, most);
+        let pixels = places.pixels(&excess);
+        self.background.follow(passed_s as f32, &excess, pixels);
+        Some(Count {
+            people,
+            chances: self.chances,
+            alone,
+            places,
+            pixels,
+            excess,
+        })
+    }
+}
+
+impl Count {
+    /// What this frame alone says.
+    #[must_use]
+    pub fn people_alone(&self) -> u8 {
+        most_likely(&self.alone)
+    }
+}
+
+/// A frame's temperatures as numbers.
+#[must_use]
+pub fn celsius(pixels: &[Celsius; PIXELS]) -> [f32; PIXELS] {
+    pixels.map(Celsius::get)
+}
+
+fn input(excess_c: f32) -> i32 {
+    libm::roundf((excess_c * UNITS_PER_DEGREE).clamp(-INPUT_MAX, INPUT_MAX)) as i32
+}
+
+/// Softmax.
+fn chances(scores: &[i32; CLASSES]) -> [f32; CLASSES] {
+    let most = scores.iter().copied().max().unwrap_or(0);
+    normalized(scores.map(|score| libm::expf(score.saturating_sub(most) as f32 / UNITS_PER_DEGREE)))
+}
+
+fn normalized(values: [f32; CLASSES]) -> [f32; CLASSES] {
+    let sum: f32 = values.iter().sum();
+    values.map(|value| value / sum)
+}
+
+/// The forward step of a hidden Markov chain whose counts change by one.
+fn updated(before: &[f32; CLASSES], alone: &[f32; CLASSES], passed_s: f32) -> [f32; CLASSES] {
+    let changed = 1.0 - libm::expf(-CHANGES_PER_S * passed_s);
+    let moved: [f32; CLASSES] = core::array::from_fn(|count| {
+        let neighbors = [count.checked_sub(1), Some(count + 1)];
+        let gained = neighbors.into_iter().flatten().filter_map(|from| {
+            let ways = if from == 0 || from + 1 == CLASSES {
+                1.0
+            } else {
+                2.0
+            };
+            before.get(from).map(|chance| chance / ways)
+        });
+        (1.0 - changed) * before[count] + changed * gained.sum::<f32>()
+    });
+    // So unlikely that others are nearly sure, yet never impossible.
+    normalized(core::array::from_fn(|count| {
+        moved[count] * libm::powf(alone[count].max(1e-4), NEWS)
+    }))
+}
+
+fn most_likely(chances: &[f32; CLASSES]) -> u8 {
+    let counts = (0_u8..).zip(chances);
+    let most =
+        counts.max_by(|(one, first), (other, second)| first.total_cmp(second).then(other.cmp(one)));
+    most.map_or(0, |(count, _)| count)
+}

@@ -1,0 +1,13 @@
+//! The counter as its users call it.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    reason = "tests"
+)]
+
+mod linaige;
+mod network;
+mod people;

@@ -1,0 +1,58 @@
+//! Arguments of `grideye count`.
+
+use clap::Args;
+use grideye_count::Line;
+use std::path::PathBuf;
+
+/// Count the people in a recording.
+///
+/// Prints a line per change. The network was trained on simulated frames alone; crates/grideye-count/README.md says how
+/// well it counts on real ones.
+///
+/// Example: grideye count recording.csv --line -0.5,3.5,7.5,3.5
+#[derive(Debug, Args)]
+pub(crate) struct Count {
+    /// Recording of any format.
+    pub(crate) recording: PathBuf,
+    /// Sensor to count by [default: all].
+    ///
+    /// SENSOR, or DEVICE/SENSOR if several devices have a sensor of that name.
+    #[arg(long, value_name = "SENSOR")]
+    pub(crate) sensor: Option<String>,
+    /// File of JSON lines to write, one a frame.
+    ///
+    /// - prints them instead of the changes. seq, t_s (of the device's clock), people (3 is three or more), p (the chance of
+    /// each count), places (column, row, °C above the empty room), and with --line entered and left so far.
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub(crate) json: Option<PathBuf>,
+    /// Line to count crossings of, in pixels.
+    ///
+    /// 0,0 is the middle of pixel 1, and x grows along a row. Who goes from the line's left to its right, looking from its first
+    /// point to its second, has entered.
+    #[arg(long, value_name = "X1,Y1,X2,Y2", allow_hyphen_values = true)]
+    pub(crate) line: Option<Line>,
+    /// Profile that knows the empty room [default: learned].
+    ///
+    /// Its `[background]`, as `grideye characterize` measures it. Without it, a pixel's empty room is what its colder frames show.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) profile: Option<PathBuf>,
+    /// Learn the empty room as live, from the first frames.
+    ///
+    /// Nothing is counted for half a minute.
+    #[arg(long, conflicts_with = "profile")]
+    pub(crate) live: bool,
+    /// Another network [default: the shipped one].
+    ///
+    /// A .gec file, as tests/peers/counting trains it.
+    #[arg(long, value_name = "FILE.gec")]
+    pub(crate) weights: Option<PathBuf>,
+    /// True numbers of people, to judge the count by.
+    ///
+    /// A CSV file with a column people (or people_number, count, ...), one row a frame or with their seq. The recording itself
+    /// may have it. FILE:COLUMN names another column.
+    #[arg(long, value_name = "FILE[:COLUMN]")]
+    pub(crate) truth: Option<String>,
+    /// Another program's counts to judge, as --truth.
+    #[arg(long, value_name = "FILE[:COLUMN]", requires = "truth", conflicts_with_all = ["json", "line", "weights", "profile", "live"])]
+    pub(crate) counts: Option<String>,
+}
