@@ -19,6 +19,7 @@ export class HeatMap {
   #orientation = UPRIGHT;
   #cell = null;
   #region = null;
+  #people = new Set();
   #anchor = null;
   #seen = true;
   #on;
@@ -85,6 +86,13 @@ export class HeatMap {
     return this.#region;
   }
 
+  /** The pixels of people, 0 to 63. */
+  set people(pixels) {
+    if (pixels.length === this.#people.size && pixels.every((pixel) => this.#people.has(pixel))) return;
+    this.#people = new Set(pixels);
+    this.#paint();
+  }
+
   /** Matches the screen's device pixels in whole cells, so that edges are sharp. */
   #fit() {
     const wanted = this.#canvas.clientWidth * devicePixelRatio;
@@ -106,6 +114,7 @@ export class HeatMap {
     this.#fill(context);
     const cell = this.#canvas.width / SIDE;
     if (this.#look.numbers && cell >= NUMBER_CELL_MIN) this.#write(context, cell);
+    if (this.#people.size > 0) this.#surround(context, cell);
     if (this.#region !== null) this.#outline(context, cell, this.#region, [6, 4]);
     if (this.#cell !== null) this.#outline(context, cell, [this.#cell, this.#cell], []);
   }
@@ -144,6 +153,25 @@ export class HeatMap {
       const text = this.#look.text?.(celsius, decimals) ?? celsius.toFixed(decimals);
       context.fillText(text, (column + 0.5) * cell, (row + 0.5) * cell);
     });
+  }
+
+  /** The edge of the pixels of people. */
+  #surround(context, cell) {
+    const places = new Set([...this.#people].map((pixel) => String(placeOf(pixel, this.#orientation))));
+    const path = new Path2D();
+    for (const place of places) {
+      const [column, row] = place.split(",").map(Number);
+      for (const [right, down, from, to] of [[-1, 0, [0, 0], [0, 1]], [1, 0, [1, 0], [1, 1]], [0, -1, [0, 0], [1, 0]], [0, 1, [0, 1], [1, 1]]]) {
+        if (places.has(`${column + right},${row + down}`)) continue;
+        path.moveTo((column + from[0]) * cell, (row + from[1]) * cell);
+        path.lineTo((column + to[0]) * cell, (row + to[1]) * cell);
+      }
+    }
+    const width = Math.max(1, cell / 20);
+    for (const [color, wide] of [["#000", 3 * width], ["#fff", width]]) {
+      Object.assign(context, { strokeStyle: color, lineWidth: wide, lineCap: "square" });
+      context.stroke(path);
+    }
   }
 
   #outline(context, cell, corners, dashes) {

@@ -57,6 +57,11 @@ export class Picture {
     return this.#orientation;
   }
 
+  /** The pixels of people, to be outlined. */
+  set people(pixels) {
+    this.#heat.people = pixels;
+  }
+
   turn() {
     this.#orientation = turned(this.#orientation);
     this.#orient();

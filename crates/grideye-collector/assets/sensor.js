@@ -141,8 +141,21 @@ export class Sensor {
     say(this.#fields.age, age === Infinity ? "none yet" : `${atLeast}${duration(age)} ago`);
     say(this.#fields.rate, stale || !rate ? "–" : `${rate.toFixed(2)} Hz`);
     say(this.#fields.stored, this.#status.stored.toLocaleString("en"));
+    this.#people(stale || missing !== null);
     this.#state(age, stale, missing);
     this.#troubles();
+  }
+
+  /** If the collector counts people: how many, and where. */
+  #people(isOld) {
+    const { people, people_pixels: pixels, entered, left } = this.#status;
+    const label = this.#fields.people.parentElement;
+    label.hidden = people === undefined;
+    this.#picture.people = isOld ? [] : pixels ?? [];
+    if (label.hidden) return;
+    const count = isOld ? "–" : people === null ? "not yet" : people === 3 ? "3 or more" : String(people);
+    label.title = people === null ? "The empty room is known after half a minute." : "";
+    say(this.#fields.people, entered === undefined ? count : `${count} (${entered} in, ${left} out)`);
   }
 
   #state(age, stale, missing) {

@@ -47,7 +47,7 @@ pub use accounts::{Account, Accounts, Rivals};
 pub use clock::{Clock, SystemClock};
 pub use http::{Annex, AppState, Asset, Inside, Refusal, attachment};
 pub use limits::Limits;
-pub use live::{NewestFrame, NewestFrames, RecentFrames};
+pub use live::{Counting, NewestFrame, NewestFrames, People, RecentFrames};
 pub use log::{Level, Log, LogEvent};
 pub use router::{Routes, app, app_with};
 pub use server::{Certificates, Collector, CollectorError, Config, Tls, pin_of_file, runtime};

@@ -9,8 +9,10 @@ use grideye_frame::{COLUMNS, PIXELS, ROWS};
 /// The start: so many frames, this far apart at least.
 pub(crate) const START_FRAMES: usize = 60;
 const START_EVERY_S: f64 = 0.5;
-/// Of the start's values of a pixel, so many are colder than its background.
-const START_SHARE: usize = 3;
+/// One in so many of a pixel's values is colder than its background.
+const COLDER: usize = 3;
+/// Frames that tell the empty room of a whole recording.
+const ROOM_FRAMES: usize = 512;
 /// A pixel is warm from this excess on: three times the noise of the sensor, less than half of a person's warmth.
 pub(crate) const WARM_C: f32 = 0.75;
 /// The time of the mean that tells warmth and cold from noise, in seconds.
@@ -25,6 +27,10 @@ const STAYS_S: f32 = 300.0;
 const STAYS_AFTER_S: f32 = 8.0 * 3600.0;
 
 #[derive(Debug, Clone)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "nothing is allocated, and every background starts once"
+)]
 pub(crate) enum Background {
     Starting(Start),
     Known(Known),
@@ -155,20 +161,67 @@ impl Start {
     }
 }
 
+/// The empty room of a whole recording, in a fixed amount of memory: of a long one, every second, fourth, … frame.
+#[derive(Debug, Clone)]
+pub struct Room {
+    held: [[f32; PIXELS]; ROOM_FRAMES],
+    count: usize,
+    stride: usize,
+    seen: usize,
+}
+
+impl Default for Room {
+    fn default() -> Self {
+        Self {
+            held: [[0.0; PIXELS]; ROOM_FRAMES],
+            count: 0,
+            stride: 1,
+            seen: 0,
+        }
+    }
+}
+
+impl Room {
+    /// Takes the next frame, °C.
+    pub fn see(&mut self, celsius: &[f32; PIXELS]) {
+        self.seen += 1;
+        if !self.seen.is_multiple_of(self.stride) {
+            return;
+        }
+        if self.count == ROOM_FRAMES {
+            self.count /= 2;
+            self.stride *= 2;
+            for kept in 0..self.count {
+                self.held[kept] = self.held[2 * kept + 1];
+            }
+            return;
+        }
+        self.held[self.count] = leveled(*celsius);
+        self.count += 1;
+    }
+
+    /// The empty room, °C up to a constant: of each pixel what it showed in its colder frames, so that people who come and
+    /// go are not part of it.
+    #[must_use]
+    pub fn celsius(mut self) -> [f32; PIXELS] {
+        empty_room(&mut self.held[..self.count])
+    }
+}
+
 /// The empty room of frames in which people come and go: of each pixel a value that a third of the frames are below,
 /// so that whoever stays for two thirds of the time is not part of it.
-pub(crate) fn empty_room(frames: &mut [[f32; PIXELS]]) -> [f32; PIXELS] {
+fn empty_room(frames: &mut [[f32; PIXELS]]) -> [f32; PIXELS] {
     core::array::from_fn(|pixel| {
         // Sorted by one pixel; the frames' order does not matter.
         frames.sort_unstable_by(|one, other| one[pixel].total_cmp(&other[pixel]));
         frames
-            .get(frames.len() / START_SHARE)
+            .get(frames.len() / COLDER)
             .map_or(0.0, |frame| frame[pixel])
     })
 }
 
 /// Less the median over the pixels, which follows whatever changes all of them: the room, the chip.
-pub(crate) fn leveled(celsius: [f32; PIXELS]) -> [f32; PIXELS] {
+fn leveled(celsius: [f32; PIXELS]) -> [f32; PIXELS] {
     let mut sorted = celsius;
     sorted.sort_unstable_by(f32::total_cmp);
     let level = f32::midpoint(sorted[PIXELS / 2 - 1], sorted[PIXELS / 2]);

@@ -1,9 +1,10 @@
 //! Counts the people in front of one sensor, frame by frame.
 
-use crate::background::{Background, empty_room, leveled};
+use crate::background::Background;
 use crate::network::{CLASSES, Network, UNITS_PER_DEGREE};
+use crate::numbers::{float, single, whole};
 use crate::places::Places;
-use grideye_frame::{Celsius, PIXELS};
+use grideye_frame::{Celsius, PIXELS, RecordedFrame, word};
 
 /// How often a number of people changes, per second: who crosses the view is in it for two seconds.
 const CHANGES_PER_S: f32 = 0.5;
@@ -11,6 +12,8 @@ const CHANGES_PER_S: f32 = 0.5;
 const NEWS: f32 = 0.8;
 /// The longest time between frames that what was known before survives.
 const GAP_S: f64 = 5.0;
+/// Nothing is known of the count.
+const ANY: [f32; CLASSES] = [0.25; CLASSES];
 /// An input's highest value.
 const INPUT_MAX: f32 = 32_767.0;
 
@@ -21,6 +24,8 @@ pub struct Counter {
     /// The chance of each count so far.
     chances: [f32; CLASSES],
     last_s: Option<f64>,
+    /// The time of frames so far, which never goes back.
+    seen_s: f64,
 }
 
 /// The count of one frame.
@@ -53,7 +58,8 @@ impl Counter {
         Self::from(Background::starting())
     }
 
-    /// A counter that knows the empty room, in °C: of a profile's `[background]`, or of [`Counter::room_of`].
+    /// A counter that knows the empty room, in °C: of a profile's `[background]`, or of a
+    /// [`Room`](crate::Room).
     #[must_use]
     pub const fn with_background(celsius: [f32; PIXELS]) -> Self {
         Self::from(Background::known(celsius))
@@ -62,21 +68,13 @@ impl Counter {
     const fn from(background: Background) -> Self {
         Self {
             background,
-            chances: [1.0 / CLASSES as f32; CLASSES],
+            chances: ANY,
             last_s: None,
+            seen_s: 0.0,
         }
     }
 
-    /// The empty room of frames in which people come and go; the frames change their order.
-    #[must_use]
-    pub fn room_of(frames: &mut [[f32; PIXELS]]) -> [f32; PIXELS] {
-        for frame in frames.iter_mut() {
-            *frame = leveled(*frame);
-        }
-        empty_room(frames)
-    }
-
-    /// Takes the next frame, measured at `at_s` seconds of any clock that does not go back.
+    /// Takes the next frame, measured at `at_s` seconds of the device's clock, which a restart may set back.
     ///
     /// `None` while the empty room is not known yet.
     pub fn see(
@@ -87,12 +85,13 @@ impl Counter {
     ) -> Option<Count> {
         let passed_s = self.last_s.map_or(0.0, |last_s| (at_s - last_s).max(0.0));
         self.last_s = Some(at_s);
-        let excess = self.background.excess(at_s, celsius)?;
+        self.seen_s += passed_s;
+        let excess = self.background.excess(self.seen_s, celsius)?;
         let alone = chances(&network.scores(&excess.map(input)));
         if passed_s > GAP_S {
-            self.chances = [1.0 / CLASSES as f32; CLASSES];
+            self.chances = ANY;
         }
-        self.chances = updated(&self.chances, &alone, passed_s.min(GAP_S) as f32);
+        self.chances = updated(&self.chances, &alone, single(passed_s.min(GAP_S)));
         let people = most_likely(&self.chances);
         let most = if usize::from(people) + 1 == CLASSES {
             usize::MAX
@@ -101,7 +100,7 @@ impl Counter {
         };
         let places = Places::of(&excess, most);
         let pixels = places.pixels(&excess);
-        self.background.follow(passed_s as f32, &excess, pixels);
+        self.background.follow(single(passed_s), &excess, pixels);
         Some(Count {
             people,
             chances: self.chances,
@@ -121,20 +120,20 @@ impl Count {
     }
 }
 
-/// A frame's temperatures as numbers.
+/// A record's temperatures, °C.
 #[must_use]
-pub fn celsius(pixels: &[Celsius; PIXELS]) -> [f32; PIXELS] {
-    pixels.map(Celsius::get)
+pub fn celsius(frame: &RecordedFrame) -> [f32; PIXELS] {
+    word::pixels(&frame.pixels).map(Celsius::get)
 }
 
 fn input(excess_c: f32) -> i32 {
-    libm::roundf((excess_c * UNITS_PER_DEGREE).clamp(-INPUT_MAX, INPUT_MAX)) as i32
+    whole((excess_c * UNITS_PER_DEGREE).clamp(-INPUT_MAX, INPUT_MAX))
 }
 
 /// Softmax.
 fn chances(scores: &[i32; CLASSES]) -> [f32; CLASSES] {
     let most = scores.iter().copied().max().unwrap_or(0);
-    normalized(scores.map(|score| libm::expf(score.saturating_sub(most) as f32 / UNITS_PER_DEGREE)))
+    normalized(scores.map(|score| libm::expf(float(score.saturating_sub(most)) / UNITS_PER_DEGREE)))
 }
 
 fn normalized(values: [f32; CLASSES]) -> [f32; CLASSES] {

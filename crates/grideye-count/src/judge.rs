@@ -1,6 +1,7 @@
 //! How good a count is, beside how many people were there.
 
 use crate::network::CLASSES;
+use crate::numbers::double;
 
 /// A frame within this time of a change of the truth may be labeled early or late.
 pub const NEAR_CHANGE_S: f64 = 0.5;
@@ -53,7 +54,7 @@ impl Confusion {
 }
 
 fn share(part: u64, of: u64) -> Option<f64> {
-    (of > 0).then(|| part as f64 / of as f64)
+    (of > 0).then(|| double(part) / double(of))
 }
 
 /// What became of a recording's frames.

@@ -18,19 +18,15 @@
 //! alone ([`Network`]), and a filter over time. Without `std` and without allocation.
 
 #![no_std]
-#![allow(
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    reason = "numbers of 64 pixels and of seconds"
-)]
-
 mod background;
 mod counter;
 pub mod judge;
 mod line;
 mod network;
+mod numbers;
 mod places;
 
+pub use background::Room;
 pub use counter::{Count, Counter, celsius};
 pub use line::{Gate, Line, NoLine};
 pub use network::{CLASSES, Network, UNITS_PER_DEGREE, WIDTH_MAX, WeightsError};

@@ -1,5 +1,6 @@
 //! Who goes over a line across the image.
 
+use crate::numbers::single;
 use crate::places::{PLACES_MAX, Place, Places};
 use core::fmt;
 use core::str::FromStr;
@@ -111,7 +112,7 @@ impl Gate {
 
     /// Takes the excess of the next frame ([`crate::Count::excess`]); returns how many entered and left with it.
     pub fn see(&mut self, at_s: f64, excess: &[f32; PIXELS]) -> [u64; 2] {
-        let passed_s = (at_s - self.last_s).clamp(0.0, 60.0) as f32;
+        let passed_s = single((at_s - self.last_s).clamp(0.0, 60.0));
         self.last_s = at_s;
         for slot in &mut self.tracks {
             let ended = |track: &Track| track.unseen_s > ENDED_S.max(1.5 * passed_s);

@@ -13,13 +13,16 @@ use axum::extract::{Path, Query, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use grideye_collector::store::{Members, Recording, Span};
+use grideye_collector::store::{Members, Recording, Span, StoredRecord};
 use grideye_collector::{Annex, FrameStore, Refusal, attachment};
+use grideye_count::{Counter, Network, Room, celsius};
+use grideye_recording::Record;
 use serde::Deserialize;
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek as _, Write as _};
 use std::sync::{Arc, Weak};
+use std::time::Duration;
 use tokio::runtime::Handle;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::io::ReaderStream;
@@ -41,6 +44,8 @@ const ROWS_MAX: u64 = 1_000_000;
 const DRAWN_ROWS_MAX: u64 = 100_000;
 /// Maximum streams named in an error.
 const NAMED_MAX: usize = 8;
+/// The column of how many people each frame shows.
+const PEOPLE: &str = "people";
 /// Rows read from the store at once.
 const PAGE_ROWS: usize = 4_096;
 /// Bytes sent at once.
@@ -64,6 +69,9 @@ struct Asked {
     sensor: Option<String>,
     /// One boot of the agent.
     boot: Option<String>,
+    /// Whether to add how many people each frame shows.
+    #[serde(default)]
+    count: bool,
 }
 
 /// The routes, for the collector.
@@ -110,7 +118,8 @@ async fn export(
             .hint("retry in a few seconds")
     })?;
     let name = attachment(&members.recording.name, extension);
-    let rows = Pages::new(exports.store, members, rows_max);
+    let mut rows = Pages::new(exports.store, members, rows_max);
+    rows.is_counting = asked.count;
     let file = write(rows, format, (room, exports.scratch)).await?;
     let headers = [(header::CONTENT_DISPOSITION, name)];
     let kind = [(header::CONTENT_TYPE, *content_type)];
@@ -209,11 +218,12 @@ async fn write(
             out: BufWriter::new(&file),
             request: request.clone(),
         };
+        let labels = rows.is_counting.then(|| PEOPLE.to_owned());
         let mut rows = rows.map(|row| {
             check_asked(&request)?;
             row
         });
-        format(Rows::of_recording(&[], &mut rows), &mut out)?;
+        format(Rows::of_recording(labels.as_slice(), &mut rows), &mut out)?;
         out.flush()?;
         drop(out);
         file.rewind()?;
@@ -233,6 +243,16 @@ async fn write(
         }
         false => failed(format!("the file cannot be written: {error}")),
     })
+}
+
+/// How many people a frame shows; empty where it is missing.
+fn people(counter: &mut Counter, record: &Record) -> String {
+    let at_s = Duration::from_nanos(record.stamp.t_boot_ns).as_secs_f64();
+    let frame = record.reading.frame().map(celsius);
+    let count = frame.and_then(|frame| counter.see(&Network::default(), at_s, &frame));
+    count
+        .map(|count| count.people.to_string())
+        .unwrap_or_default()
 }
 
 /// A file that takes bytes as long as its request is not dropped.
@@ -276,6 +296,9 @@ struct Pages {
     span: usize,
     after_seq: Option<u64>,
     ready: VecDeque<Row>,
+    is_counting: bool,
+    /// Counts the people of the span that is read.
+    counter: Option<Counter>,
 }
 
 impl Pages {
@@ -289,6 +312,8 @@ impl Pages {
             span: 0,
             after_seq: None,
             ready: VecDeque::new(),
+            is_counting: false,
+            counter: None,
         }
     }
 
@@ -298,23 +323,52 @@ impl Pages {
             let Some(span) = self.members.spans.get(self.span) else {
                 return Ok(());
             };
-            let page = self.store.page(span.clone(), self.after_seq, PAGE_ROWS);
-            let page = self.runtime.block_on(page);
-            let page = page.map_err(|error| ExportError::Source(error.into()))?;
+            let span = span.clone();
+            if self.is_counting && self.counter.is_none() {
+                self.counter = Some(self.counter_of(&span)?);
+            }
+            let page = self.page(&span, self.after_seq)?;
             match page.last() {
                 Some(last) => self.after_seq = Some(last.record.seq),
-                None => (self.span, self.after_seq) = (self.span + 1, None),
+                None => (self.span, self.after_seq, self.counter) = (self.span + 1, None, None),
             }
+            let mut counter = self.counter.as_mut();
             self.ready.extend(page.into_iter().map(|stored| {
+                let labels = counter
+                    .as_deref_mut()
+                    .map(|counter| people(counter, &stored.record));
                 Row::from(grideye_recording::Row {
                     stream: (*stored.stream).clone(),
                     record: stored.record,
                     t_arrival_ns: Some(stored.t_arrival_ns),
-                    labels: Vec::new(),
+                    labels: labels.into_iter().collect(),
                 })
             }));
         }
         Ok(())
+    }
+
+    fn page(&self, span: &Span, after_seq: Option<u64>) -> Result<Vec<StoredRecord>, ExportError> {
+        let page = self.store.page(span.clone(), after_seq, PAGE_ROWS);
+        let page = self.runtime.block_on(page);
+        page.map_err(|error| ExportError::Source(error.into()))
+    }
+
+    /// A counter that knows the empty room from all frames of a span, as `grideye count` does.
+    fn counter_of(&self, span: &Span) -> Result<Counter, ExportError> {
+        let mut room = Room::default();
+        let mut after_seq = None;
+        loop {
+            let page = self.page(span, after_seq)?;
+            let Some(last) = page.last() else {
+                return Ok(Counter::with_background(room.celsius()));
+            };
+            after_seq = Some(last.record.seq);
+            let frames = page
+                .iter()
+                .filter_map(|stored| stored.record.reading.frame());
+            frames.for_each(|frame| room.see(&celsius(frame)));
+        }
     }
 
     fn count(&mut self, row: Row) -> Result<Row, ExportError> {

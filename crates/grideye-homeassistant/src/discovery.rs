@@ -4,7 +4,7 @@
 //! older versions too (`origin` since 2023.8).
 
 use crate::packet::Message;
-use crate::topics::{ENTITIES, Topics};
+use crate::topics::{ENTERED, ENTITIES, LEFT, Topics};
 use serde_json::{Value, json};
 use std::time::Duration;
 
@@ -25,7 +25,12 @@ pub(crate) struct Named {
 }
 
 /// The configurations; Home Assistant drops a value older than `expires`.
-pub(crate) fn configurations(topics: &Topics, named: &Named, expires: Duration) -> Vec<Message> {
+pub(crate) fn configurations(
+    topics: &Topics,
+    named: &Named,
+    expires: Duration,
+    has_line: bool,
+) -> Vec<Message> {
     let told = |place: (&str, &str)| {
         let mut config = common(topics, named, place.1);
         let own = own(topics, &named.id, place, expires);
@@ -34,7 +39,8 @@ pub(crate) fn configurations(topics: &Topics, named: &Named, expires: Duration) 
         }
         Message::retained(topics.config(&named.id, place), config.to_string())
     };
-    ENTITIES.map(told).to_vec()
+    let is_told = |(_, entity): &(&str, &str)| has_line || ![ENTERED, LEFT].contains(entity);
+    ENTITIES.into_iter().filter(is_told).map(told).collect()
 }
 
 /// Messages that delete everything the broker retains of a sensor.
@@ -76,6 +82,11 @@ fn own(topics: &Topics, id: &str, (platform, entity): (&str, &str), expires: Dur
         own["device_class"] = "occupancy".into();
         own["payload_on"] = PRESENT.into();
         own["payload_off"] = ABSENT.into();
+    } else if entity == "people" {
+        own["state_class"] = "measurement".into();
+        own["icon"] = "mdi:account-multiple".into();
+    } else if [ENTERED, LEFT].contains(&entity) {
+        own["state_class"] = "total_increasing".into();
     } else {
         own["device_class"] = "temperature".into();
         own["unit_of_measurement"] = "°C".into();
@@ -92,6 +103,9 @@ fn name(entity: &str) -> &'static str {
         "max" => "Maximum",
         "mean" => "Mean",
         "thermistor" => "Thermistor",
+        "people" => "People",
+        ENTERED => "Entered",
+        LEFT => "Left",
         _ => "Presence",
     }
 }

@@ -31,7 +31,6 @@ mod discovery;
 mod fault;
 mod forget;
 mod packet;
-mod presence;
 mod sensor;
 mod status;
 mod topics;
@@ -39,7 +38,6 @@ mod topics;
 pub use broker::{Broker, BrokerError, Password, SettingNames};
 pub use fault::Fault;
 pub use forget::forget;
-pub use presence::Rule;
 pub use sensor::{Images, Telling};
 pub use topics::Topics;
 

@@ -2,9 +2,8 @@
 
 use crate::discovery::{self, ABSENT, Named, OFFLINE, ONLINE, PRESENT};
 use crate::packet::Message;
-use crate::presence::{Presence, Rule};
-use crate::topics::{self, Topics};
-use grideye_collector::NewestFrame;
+use crate::topics::{self, ENTERED, LEFT, Topics};
+use grideye_collector::{NewestFrame, People};
 use grideye_frame::word;
 use grideye_frame::{Celsius, PIXELS, RecordedFrame};
 use grideye_recording::StreamId;
@@ -16,7 +15,7 @@ use std::time::Duration;
 pub struct Telling {
     /// The topics to publish to.
     pub topics: Topics,
-    /// Minimum time between states; a change of presence is published at once.
+    /// Minimum time between states; a change of the number of people is published at once.
     pub state_every: Duration,
     /// `None` for no images.
     pub images: Option<Images>,
@@ -24,8 +23,8 @@ pub struct Telling {
     pub silent_after: Duration,
     /// A sensor with an older newest frame is removed; `None` for never.
     pub forget_after: Option<Duration>,
-    /// When somebody is present.
-    pub presence: Rule,
+    /// Whether the collector counts who crosses a line.
+    pub has_line: bool,
 }
 
 /// Images of the frames.
@@ -51,9 +50,10 @@ pub(crate) struct Sensor {
     standing: Standing,
     /// The availability last published on this connection.
     is_available: Option<bool>,
-    presence: Presence,
-    /// The frame that presence was last judged by.
-    seen: Option<FrameId>,
+    /// The boot that was last seen.
+    boot: Option<String>,
+    /// How many people there were, and who had crossed the line.
+    people: Counted,
     state: Option<Told>,
     image: Option<Told>,
 }
@@ -90,8 +90,8 @@ impl Sensor {
             },
             standing: Standing::Unheard,
             is_available: None,
-            presence: Presence::default(),
-            seen: None,
+            boot: None,
+            people: Counted::default(),
             state: None,
             image: None,
         }
@@ -113,8 +113,7 @@ impl Sensor {
 
     /// A person deleted the configuration: deletes the rest too, until the agent restarts.
     pub(crate) fn remove(&mut self, telling: &Telling) -> Vec<Message> {
-        let boot = self.seen.as_ref().map(|(boot, _)| boot.clone());
-        self.standing = Standing::Removed(boot.unwrap_or_default());
+        self.standing = Standing::Removed(self.boot.clone().unwrap_or_default());
         self.is_available = None;
         discovery::removal(&telling.topics, &self.named.id)
     }
@@ -143,7 +142,8 @@ impl Sensor {
         let mut told = Vec::new();
         if self.standing == Standing::Heard {
             let expires = telling.expires();
-            told = discovery::configurations(&telling.topics, &self.named, expires);
+            told =
+                discovery::configurations(&telling.topics, &self.named, expires, telling.has_line);
             self.standing = Standing::Announced;
         }
         told.extend(self.availability(telling, is_fresh));
@@ -169,19 +169,18 @@ impl Sensor {
         let pixels = word::pixels(&raw.pixels);
         let seq = newest.record.seq;
         let id = (newest.stream.boot.clone(), seq);
-        let was_there = self.presence.is_there();
-        if self.seen.as_ref() != Some(&id) {
-            self.presence.see(&pixels, &telling.presence, now);
-            self.seen = Some(id.clone());
-        }
-        let is_there = self.presence.is_there();
+        self.boot = Some(newest.stream.boot.clone());
+        let people = newest
+            .people
+            .as_ref()
+            .map_or_else(Counted::default, Counted::of);
+        let is_news = std::mem::replace(&mut self.people, people) != people;
         let mut told = Vec::new();
-        let is_news = is_there != was_there;
         if is_new(self.state.as_ref(), &id)
             && (is_news || is_time(self.state.as_ref(), telling.state_every, now))
         {
             let topic = telling.topics.state(&self.named.id);
-            told.push(Message::passing(topic, state(raw, is_there, seq)));
+            told.push(Message::passing(topic, state(raw, people, seq)));
             let frame = id.clone();
             self.state = Some(Told { at: now, frame });
         }
@@ -206,8 +205,25 @@ fn is_time(told: Option<&Told>, every: Duration, now: Duration) -> bool {
     told.is_none_or(|told| now.saturating_sub(told.at) + LOOK_SLACK >= every)
 }
 
+/// What is told of the people in view.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct Counted {
+    /// `None` while the empty room is not known yet.
+    people: Option<u8>,
+    crossed: Option<[u64; 2]>,
+}
+
+impl Counted {
+    fn of(people: &People) -> Self {
+        Self {
+            people: people.count.map(|count| count.people),
+            crossed: people.crossed,
+        }
+    }
+}
+
 /// The state's JSON. Sensor steps are exact, the mean is rounded to a hundredth.
-fn state(raw: &RecordedFrame, is_there: bool, seq: u64) -> String {
+fn state(raw: &RecordedFrame, counted: Counted, seq: u64) -> String {
     let pixels = word::pixels(&raw.pixels).map(|pixel| f64::from(pixel.get()));
     let thermistor = raw.thermistor.map(word::thermistor_celsius);
     let mean = pixels.iter().sum::<f64>() / 64.0;
@@ -216,7 +232,10 @@ fn state(raw: &RecordedFrame, is_there: bool, seq: u64) -> String {
         "max": pixels.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         "mean": (mean * 100.0).round() / 100.0,
         "thermistor": thermistor.map(Celsius::get),
-        "presence": if is_there { PRESENT } else { ABSENT },
+        "people": counted.people,
+        "presence": counted.people.map(|people| if people > 0 { PRESENT } else { ABSENT }),
+        (ENTERED): counted.crossed.map(|[entered, _]| entered),
+        (LEFT): counted.crossed.map(|[_, left]| left),
         "seq": seq,
     })
     .to_string()

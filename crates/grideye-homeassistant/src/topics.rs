@@ -16,15 +16,22 @@ pub struct Topics {
     pub base: String,
 }
 
-/// A sensor's six entities in Home Assistant: platform and name.
-pub(crate) const ENTITIES: [(&str, &str); 6] = [
+/// A sensor's entities in Home Assistant: platform and name. Without a line, the last two are not announced.
+pub(crate) const ENTITIES: [(&str, &str); 9] = [
     ("camera", "image"),
     ("sensor", "min"),
     ("sensor", "max"),
     ("sensor", "mean"),
     ("sensor", "thermistor"),
     ("binary_sensor", "presence"),
+    ("sensor", "people"),
+    ("sensor", ENTERED),
+    ("sensor", LEFT),
 ];
+
+/// Who crossed the line across the image.
+pub(crate) const ENTERED: &str = "entered";
+pub(crate) const LEFT: &str = "left";
 
 impl Topics {
     pub(crate) fn config(&self, id: &str, (platform, entity): (&str, &str)) -> String {
@@ -66,7 +73,7 @@ impl Topics {
         (!id.contains('/')).then_some(id)
     }
 
-    /// Temperatures and presence.
+    /// Temperatures, people and presence.
     pub(crate) fn state(&self, id: &str) -> String {
         format!("{}/{id}/state", self.base)
     }

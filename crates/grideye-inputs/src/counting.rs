@@ -1,17 +1,19 @@
 //! What a counter of people needs: the empty room of a recording or a profile, and counts to judge it by.
 
 use crate::error::{InputError, shown};
+use crate::read::TOML_HINT;
 use crate::text::open;
 use csv::{ReaderBuilder, StringRecord};
-use grideye_count::{CLASSES, Counter, celsius};
-use grideye_frame::word;
+use grideye_count::{CLASSES, Count, Counter, Gate, Line, Network, Room, celsius};
 use grideye_recording::Record;
 use grideye_scene::profile::Profile;
 use std::collections::BTreeMap;
+use std::io::Read as _;
 use std::path::Path;
+use std::time::Duration;
 
-/// So many frames of a recording tell its empty room.
-const ROOM_FRAMES_MAX: usize = 3_000;
+/// More than the largest network takes.
+const WEIGHTS_BYTES_MAX: u64 = 1 << 20;
 /// Names of a column that holds the number of people, whatever their case.
 const NAMES: [&str; 7] = [
     "people",
@@ -33,27 +35,108 @@ const WORDS: [(&str, u8); 8] = [
     ("three", 3),
 ];
 
-/// The 64 temperatures of a record, if it has any.
-#[must_use]
-pub fn temperatures(record: &Record) -> Option<[f32; 64]> {
-    let frame = record.reading.frame()?;
-    Some(celsius(&word::pixels(&frame.pixels)))
+/// How many people one frame of a recording shows.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameCount {
+    /// The frame's number.
+    pub seq: u64,
+    /// Seconds since the first record, by the device's clock.
+    pub at_s: f64,
+    /// `None` for a missing frame, and while the empty room is not known yet.
+    pub count: Option<Count>,
+    /// How many entered and left so far, if there is a line.
+    pub crossed: Option<[u64; 2]>,
 }
 
-/// A counter for a whole recording: its empty room is what each pixel showed in its colder frames.
-#[must_use]
-pub fn counter_of(records: &[Record]) -> Counter {
-    let stride = records.len().div_ceil(ROOM_FRAMES_MAX).max(1);
-    let frames = records.iter().step_by(stride).filter_map(temperatures);
-    let mut frames: Vec<[f32; 64]> = frames.collect();
-    Counter::with_background(Counter::room_of(&mut frames))
+/// Counts the people in the records of one stream, one by one.
+pub fn count(
+    records: &[Record],
+    network: Network<'_>,
+    mut counter: Counter,
+    line: Option<Line>,
+) -> impl Iterator<Item = FrameCount> {
+    let mut gate = line.map(Gate::new);
+    records
+        .iter()
+        .zip(times(records))
+        .map(move |(record, at_s)| {
+            let frame = temperatures(record);
+            let count = frame.and_then(|frame| counter.see(&network, at_s, &frame));
+            if let (Some(gate), Some(count)) = (&mut gate, &count) {
+                gate.see(at_s, &count.excess);
+            }
+            FrameCount {
+                seq: record.seq,
+                at_s,
+                count,
+                crossed: gate.as_ref().map(|gate| [gate.entered, gate.left]),
+            }
+        })
 }
 
-/// A counter that knows the empty room from a profile.
+/// Seconds since the first record, by the device's clock.
+pub fn times(records: &[Record]) -> impl Iterator<Item = f64> {
+    let boot_ns = |record: &Record| record.stamp.t_boot_ns;
+    let began_ns = records.first().map_or(0, boot_ns);
+    let since = move |record| Duration::from_nanos(boot_ns(record).saturating_sub(began_ns));
+    records
+        .iter()
+        .map(move |record| since(record).as_secs_f64())
+}
+
+fn temperatures(record: &Record) -> Option<[f32; 64]> {
+    record.reading.frame().map(celsius)
+}
+
+/// The bytes of a file of weights.
 ///
 /// # Errors
-/// The profile has no `[background]`.
-pub fn counter_by(profile: &Profile, path: &Path) -> Result<Counter, InputError> {
+/// It cannot be read, or is no such file.
+pub fn weights(path: &Path) -> Result<Vec<u8>, InputError> {
+    let refused = |error: &dyn std::fmt::Display| {
+        let shown = shown(path);
+        let hint = "hint: tests/peers/counting/run --weights FILE writes such a file";
+        InputError::new(format!("{shown}: {error}\n{hint}")).of(path)
+    };
+    let mut bytes = Vec::new();
+    let read = open(path)?.take(WEIGHTS_BYTES_MAX).read_to_end(&mut bytes);
+    read.map_err(|error| refused(&error))?;
+    Network::new(&bytes).map_err(|error| refused(&error))?;
+    Ok(bytes)
+}
+
+/// The network of [`weights`], or the shipped one.
+#[must_use]
+pub fn network(weights: Option<&[u8]>) -> Network<'_> {
+    let own = weights.and_then(|weights| Network::new(weights).ok());
+    own.unwrap_or_else(|| Network::default())
+}
+
+/// A counter for the records of one stream. It knows the empty room from a profile, learns it as they come if `live`, or from
+/// all of them: what each pixel showed in its colder frames.
+///
+/// # Errors
+/// The profile cannot be read, or has no `[background]`.
+pub fn counter(
+    records: &[Record],
+    profile: Option<&Path>,
+    live: bool,
+) -> Result<Counter, InputError> {
+    if let Some(path) = profile {
+        return of_profile(&crate::read::profile(path, TOML_HINT)?, path);
+    }
+    if live {
+        return Ok(Counter::new());
+    }
+    let mut room = Room::default();
+    records
+        .iter()
+        .filter_map(temperatures)
+        .for_each(|frame| room.see(&frame));
+    Ok(Counter::with_background(room.celsius()))
+}
+
+fn of_profile(profile: &Profile, path: &Path) -> Result<Counter, InputError> {
     if profile.background_c.is_none() {
         return Err(InputError::new(format!(
             "{} has no [background], so the empty room is not known from it\nhint: `grideye characterize EMPTY.csv --profile FILE` measures it",
@@ -61,7 +144,11 @@ pub fn counter_by(profile: &Profile, path: &Path) -> Result<Counter, InputError>
         ))
         .of(path));
     }
-    #[allow(clippy::cast_possible_truncation, reason = "degrees of a sensor")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::as_conversions,
+        reason = "degrees of a sensor"
+    )]
     let room = profile.in_its_room_c().map(|celsius| celsius as f32);
     Ok(Counter::with_background(room))
 }
@@ -142,7 +229,7 @@ pub fn people(path: &Path, column: Option<&str>) -> Result<People, InputError> {
             .ok_or_else(|| no_number(path, &row, cell(of_people), "0, 1, 2 or more people"))?;
         let number = |place: usize| {
             let number = cell(place).parse::<u64>();
-            number.map_err(|_| no_number(path, &row, cell(place), "a frame's number"))
+            number.map_err(|_error| no_number(path, &row, cell(place), "a frame's number"))
         };
         match (first, last) {
             (Some(first), Some(last)) => {

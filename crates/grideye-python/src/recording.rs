@@ -2,10 +2,12 @@
 
 use crate::errors::raised;
 use crate::work::{is_stopped, work};
+use grideye_count::Line;
 use grideye_export::recording::{self, Row, Rows};
 use grideye_frame::word;
 use grideye_frame::{Celsius, NoData, PIXELS, Reading, RecordedFrame};
 use grideye_import::{ImportError, Options};
+use grideye_inputs::counting::{self, FrameCount};
 use grideye_inputs::{InputError, hashed_text, open};
 use grideye_recording::{ClockState, Record, Stamp, StreamId, check_name};
 use grideye_validator::report::Input;
@@ -148,6 +150,46 @@ impl Recording {
     fn t_boot_ns<'py>(&self, py: Python<'py>) -> Bound<'py, PyByteArray> {
         let times = self.records.iter().map(|record| record.stamp.t_boot_ns);
         bytes(py, times.flat_map(u64::to_ne_bytes))
+    }
+
+    /// How many people each frame shows (signed, 8-bit; -1 where it is not known), the chance of each number (four 32-bit
+    /// floats), and how many entered and left so far (two unsigned 32-bit integers).
+    fn people<'py>(
+        &self,
+        py: Python<'py>,
+        profile: Option<PathBuf>,
+        live: bool,
+        weights: Option<PathBuf>,
+        line: Option<&str>,
+    ) -> PyResult<[Bound<'py, PyByteArray>; 3]> {
+        let line = line.map(|line| line.parse::<Line>().map_err(InputError::new));
+        let line = line.transpose().map_err(|error| raised(py, &error))?;
+        let records = Arc::clone(&self.records);
+        let counted = work(py, move || {
+            let weights = weights.as_deref().map(counting::weights).transpose()?;
+            let network = counting::network(weights.as_deref());
+            let counter = counting::counter(&records, profile.as_deref(), live)?;
+            Ok(counting::count(&records, network, counter, line).collect::<Vec<_>>())
+        })?;
+        let counted = counted.map_err(|error| raised(py, &error))?;
+        let people = |frame: &FrameCount| {
+            let people = frame
+                .count
+                .and_then(|count| i8::try_from(count.people).ok());
+            people.unwrap_or(-1).to_ne_bytes()
+        };
+        let chances = |frame: &FrameCount| frame.count.map_or([f32::NAN; 4], |count| count.chances);
+        let crossed = |frame: &FrameCount| frame.crossed.unwrap_or_default();
+        let crossed = counted.iter().flat_map(crossed);
+        let crossed = crossed.map(|number| u32::try_from(number).unwrap_or(u32::MAX));
+        Ok([
+            bytes(py, counted.iter().flat_map(people)),
+            bytes(
+                py,
+                counted.iter().flat_map(chances).flat_map(f32::to_ne_bytes),
+            ),
+            bytes(py, crossed.flat_map(u32::to_ne_bytes)),
+        ])
     }
 
     /// Why each frame is missing; empty where it is not.

@@ -27,7 +27,7 @@ pub(crate) use access::{
     TokenWhat,
 };
 pub(crate) use align::Align;
-pub(crate) use count::Count;
+pub(crate) use count::{Count, CountLive};
 pub(crate) use coverage::Coverage;
 pub(crate) use dataset::{Dataset, Preset};
 pub(crate) use emulate::{Emulate, Scl, Via};
@@ -299,6 +299,11 @@ pub(crate) struct Convert {
     /// In frames per second.
     #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
     pub(crate) rate: f64,
+    /// Add a column `people`: how many each frame shows.
+    ///
+    /// As `grideye count` counts them; empty where it is not known.
+    #[arg(long)]
+    pub(crate) count: bool,
 }
 
 /// Fit the unknowns of a scene to a recording.

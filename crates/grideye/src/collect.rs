@@ -4,7 +4,7 @@ use crate::access::{outward_address, url_of};
 use crate::cli::{Collect, LogFormat, Scenes};
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
-use crate::{files, mqtt, progress};
+use crate::{count, files, mqtt, progress};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_collector::auth::{AccessFolder, Address};
 use grideye_collector::{
@@ -72,7 +72,9 @@ fn config(options: &Collect) -> Result<Config> {
     config.tls = tls(options);
     config.log = log(options.log);
     config.annexes = annexes(&options.scenes, None)?;
-    let bridge = mqtt::annex(&options.mqtt, config.log.clone())?;
+    let has_line = options.people.line.is_some();
+    let bridge = mqtt::annex(&options.mqtt, has_line, config.log.clone())?;
+    config.counting = count::live(&options.people, bridge.is_some())?;
     config.annexes.extend(bridge);
     let limits = &mut config.limits;
     limits.store_bytes_max = options.store_quota;

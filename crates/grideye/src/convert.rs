@@ -1,6 +1,7 @@
 //! `grideye convert`: one recording format into another.
 
 use crate::cli::Convert;
+use crate::count::{self, People};
 use crate::exit::{Outcome, bad_input};
 use crate::{export, files, progress, recordings};
 use anyhow::{Result, anyhow};
@@ -14,12 +15,18 @@ use std::time::Duration;
 pub(crate) fn run(options: &Convert) -> Result<Outcome> {
     files::keep_apart([&options.input], [&options.output])?;
     let mut import = recordings::import(&options.input, &stated(options)?)?;
-    let labels = import.labels().to_vec();
+    let mut labels = import.labels().to_vec();
+    let people = options
+        .count
+        .then(|| count::people(&options.input))
+        .transpose()?;
+    labels.extend(people.is_some().then(|| "people".to_owned()));
     let mut broken = None;
     let mut rows = Asked {
         import: &mut import,
         sensor: options.sensor.as_deref(),
         input: &options.input,
+        people: people.as_ref(),
         broken: &mut broken,
     };
     let rows = Rows::of_recording(&labels, &mut rows);
@@ -41,6 +48,8 @@ struct Asked<'a> {
     import: &'a mut Import,
     sensor: Option<&'a str>,
     input: &'a std::path::Path,
+    /// How many people each frame shows, if that was asked for.
+    people: Option<&'a People>,
     broken: &'a mut Option<ImportError>,
 }
 
@@ -51,7 +60,16 @@ impl Iterator for Asked<'_> {
         let is_asked = |stream: &StreamId| self.sensor.is_none_or(|sensor| stream.is_of(sensor));
         loop {
             match self.import.next()? {
-                Ok(row) if is_asked(&row.stream) => return Some(Ok(Row::from(row))),
+                Ok(mut row) if is_asked(&row.stream) => {
+                    if let Some(people) = self.people {
+                        let people = people
+                            .get(&row.stream)
+                            .and_then(|of| of.get(&row.record.seq));
+                        row.labels
+                            .push(people.map(u8::to_string).unwrap_or_default());
+                    }
+                    return Some(Ok(Row::from(row)));
+                }
                 Ok(_) => {}
                 Err(error) if error.is_break() => {
                     *self.broken = Some(error);

@@ -1,22 +1,23 @@
 //! `grideye count`: how many people a recording shows, and how good a count is.
 
-use crate::cli::Count;
+use crate::cli::{Count, CountLive};
 use crate::exit::{Outcome, bad_input};
 use crate::output::answer;
-use crate::{files, progress, recordings};
+use crate::{progress, recordings};
 use anyhow::{Result, anyhow};
+use grideye_collector::Counting;
+use grideye_count::Network;
 use grideye_count::judge::{Confusion, Judged, Judgment, NEAR_CHANGE_S, VOTES};
-use grideye_count::{Counter, Gate, Network};
-use grideye_inputs::counting::{counter_by, counter_of, people, temperatures};
+use grideye_inputs::counting::{
+    FrameCount, count, counter, network, people as table_of, times, weights,
+};
 use grideye_inputs::shown;
 use grideye_recording::{Record, StreamId};
-use serde_json::{Value, json};
+use serde_json::json;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::time::Duration;
 
-/// More than the largest network takes.
-const WEIGHTS_BYTES_MAX: u64 = 1 << 20;
 const WORDS: [&str; 4] = ["nobody", "1 person", "2 people", "3 people or more"];
 
 pub(crate) fn run(options: &Count) -> Result<Outcome> {
@@ -39,10 +40,9 @@ pub(crate) fn run(options: &Count) -> Result<Outcome> {
         )));
     }
     recordings::say_doubt(path, streams.values().flatten());
-    let weights = options.weights.as_deref();
-    let bytes = weights.map(|path| files::short(path, WEIGHTS_BYTES_MAX));
-    let bytes = bytes.transpose()?;
-    let network = network(weights, bytes.as_deref())?;
+    let bytes = options.weights.as_deref().map(weights).transpose();
+    let bytes = bytes.map_err(bad_input)?;
+    let network = network(bytes.as_deref());
     let (mut text, mut lines) = (String::new(), String::new());
     for (stream, records) in &streams {
         let counts = match &options.counts {
@@ -66,72 +66,56 @@ pub(crate) fn run(options: &Count) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn network<'b>(path: Option<&Path>, bytes: Option<&'b [u8]>) -> Result<Network<'b>> {
-    let (Some(path), Some(bytes)) = (path, bytes) else {
-        return Ok(Network::default());
-    };
-    Network::new(bytes).map_err(|error| {
-        let path = shown(path);
-        bad_input(anyhow!(
-            "{path}: {error}\nhint: tests/peers/counting/run --weights FILE writes such a file"
-        ))
-    })
+/// By stream and by the frame's number.
+pub(crate) type People = BTreeMap<StreamId, BTreeMap<u64, u8>>;
+
+/// How many people each frame of a recording shows.
+pub(crate) fn people(path: &Path) -> Result<People> {
+    let streams = recordings::load_streams(path)?.into_iter();
+    let counted = streams.map(|(stream, records)| {
+        let counter = counter(&records, None, false).map_err(bad_input)?;
+        let frames = count(&records, Network::default(), counter, None);
+        let known = frames.filter_map(|frame| Some((frame.seq, frame.count?.people)));
+        Ok((stream, known.collect()))
+    });
+    counted.collect()
+}
+
+/// How a collector counts, if it does.
+pub(crate) fn live(options: &CountLive, is_needed: bool) -> Result<Option<Counting>> {
+    if options.count.is_none() && options.line.is_none() && !is_needed {
+        return Ok(None);
+    }
+    let path = options.count.as_ref().and_then(Option::as_deref);
+    let bytes = path.map(weights).transpose().map_err(bad_input)?;
+    // Once in the life of the program.
+    let network = network(bytes.map(|bytes| &*bytes.leak()));
+    let line = options.line;
+    Ok(Some(Counting { network, line }))
 }
 
 /// The counts of one stream's frames.
-struct Counted {
-    frames: Vec<Frame>,
-}
-
-struct Frame {
-    seq: u64,
-    at_s: f64,
-    count: Option<grideye_count::Count>,
-    /// How many entered and left with this frame, if there is a line.
-    crossed: Option<[u64; 2]>,
-}
+struct Counted(Vec<FrameCount>);
 
 impl Counted {
     fn new(options: &Count, network: &Network<'_>, records: &[Record]) -> Result<Self> {
-        let mut counter = match &options.profile {
-            Some(path) => {
-                let profile = files::load_profile(path, grideye_inputs::TOML_HINT)?;
-                counter_by(&profile, path).map_err(bad_input)?
-            }
-            None if options.live => Counter::new(),
-            None => counter_of(records),
-        };
-        let mut gate = options.line.map(Gate::new);
+        let counter = counter(records, options.profile.as_deref(), options.live);
+        let counter = counter.map_err(bad_input)?;
         let bar = progress::bar(u64::try_from(records.len()).unwrap_or(u64::MAX), "counting");
-        let frames = bar
-            .wrap_iter(records.iter().zip(times(records)))
-            .map(|(record, at_s)| {
-                let count =
-                    temperatures(record).and_then(|frame| counter.see(network, at_s, &frame));
-                let crossed = gate.as_mut().map(|gate| match &count {
-                    Some(count) => gate.see(at_s, &count.excess),
-                    None => [0, 0],
-                });
-                Frame {
-                    seq: record.seq,
-                    at_s,
-                    count,
-                    crossed,
-                }
-            });
-        let frames: Vec<Frame> = frames.collect();
+        let frames = bar.wrap_iter(count(records, *network, counter, options.line));
+        let frames: Vec<FrameCount> = frames.collect();
         bar.finish_and_clear();
         if frames.iter().all(|frame| frame.count.is_none()) {
             progress::say(
                 "the recording ends before the empty room is known: nothing was counted\nhint: leave --live out",
             );
         }
-        Ok(Self { frames })
+        Ok(Self(frames))
     }
 
     fn people(&self) -> Vec<Option<u8>> {
-        let people = |frame: &Frame| frame.count.map(|count| count.people);
-        self.frames.iter().map(people).collect()
+        let people = |frame: &FrameCount| frame.count.map(|count| count.people);
+        self.0.iter().map(people).collect()
     }
 
     /// A line per change.
@@ -139,22 +123,20 @@ impl Counted {
         let name = stream.map_or(String::new(), |stream| {
             format!("{}/{}  ", stream.device, stream.sensor)
         });
-        let (mut text, mut last, mut sums) = (String::new(), None, [0, 0]);
-        for frame in &self.frames {
+        let (mut text, mut people, mut before) = (String::new(), None, [0, 0]);
+        for frame in &self.0 {
             let mut tell = |what: &str| {
                 let _infallible = writeln!(text, "{name}{:9.1} s  {what}", frame.at_s);
             };
             let crossed = frame.crossed.unwrap_or_default();
-            for ((crossed, sum), word) in
-                crossed.into_iter().zip(&mut sums).zip(["entered", "left"])
-            {
-                if crossed > 0 {
-                    *sum += crossed;
-                    tell(&format!("{crossed} {word}"));
+            for ((now, before), word) in crossed.iter().zip(before).zip(["entered", "left"]) {
+                if *now > before {
+                    tell(&format!("{} {word}", now - before));
                 }
             }
-            if let Some(count) = frame.count.filter(|count| last != Some(count.people)) {
-                last = Some(count.people);
+            before = crossed;
+            if let Some(count) = frame.count.filter(|count| people != Some(count.people)) {
+                people = Some(count.people);
                 tell(
                     WORDS
                         .get(usize::from(count.people))
@@ -163,40 +145,35 @@ impl Counted {
                 );
             }
         }
-        if self.frames.iter().any(|frame| frame.crossed.is_some()) {
-            let _infallible = writeln!(text, "{name}{} entered, {} left", sums[0], sums[1]);
+        if let Some([entered, left]) = self.0.last().and_then(|last| last.crossed) {
+            let _infallible = writeln!(text, "{name}{entered} entered, {left} left");
         }
         text
     }
 
     /// A line per frame.
     fn json(&self, stream: Option<&StreamId>) -> String {
-        let mut sums = [0, 0];
-        let lines = self.frames.iter().map(|frame| {
-            let mut line = json!({ "seq": frame.seq, "t_s": frame.at_s });
+        let lines = self.0.iter().map(|frame| {
+            let count = frame.count.as_ref();
+            let places = count.map(|count| {
+                let places = count.places.as_slice().iter();
+                let places = places.map(|place| [place.x, place.y, place.excess_c].map(rounded));
+                places.collect::<Vec<_>>()
+            });
+            let mut line = json!({
+                "seq": frame.seq,
+                "t_s": frame.at_s,
+                "people": count.map(|count| count.people),
+                "p": count.map(|count| count.chances.map(rounded)),
+                "places": places,
+            });
             if let Some(stream) = stream {
                 line["device"] = stream.device.as_str().into();
                 line["sensor"] = stream.sensor.as_str().into();
             }
-            line["people"] = frame.count.map(|count| count.people).into();
-            line["p"] = frame
-                .count
-                .map(|count| count.chances.map(rounded).to_vec())
-                .into();
-            let places = frame.count.map(|count| {
-                let places = count.places.as_slice().iter();
-                let places =
-                    places.map(|place| json!([place.x, place.y, place.excess_c].map(rounded)));
-                places.collect::<Value>()
-            });
-            line["places"] = places.into();
-            if let Some(crossed) = frame.crossed {
-                for ((crossed, sum), key) in
-                    crossed.into_iter().zip(&mut sums).zip(["entered", "left"])
-                {
-                    *sum += crossed;
-                    line[key] = (*sum).into();
-                }
+            if let Some([entered, left]) = frame.crossed {
+                line["entered"] = entered.into();
+                line["left"] = left.into();
             }
             format!("{line}\n")
         });
@@ -209,16 +186,6 @@ fn rounded(value: f32) -> f64 {
     (f64::from(value) * 1e4).round() / 1e4
 }
 
-/// Seconds since the first record, by the device's clock.
-fn times(records: &[Record]) -> impl Iterator<Item = f64> {
-    let boot_ns = |record: &Record| record.stamp.t_boot_ns;
-    let began_ns = records.first().map_or(0, boot_ns);
-    let since = move |record| Duration::from_nanos(boot_ns(record).saturating_sub(began_ns));
-    records
-        .iter()
-        .map(move |record| since(record).as_secs_f64())
-}
-
 /// The numbers of people that `FILE[:COLUMN]` has for the records.
 fn table(named: &str, records: &[Record]) -> Result<Vec<Option<u8>>> {
     let (path, column) = match named.rsplit_once(':') {
@@ -226,7 +193,7 @@ fn table(named: &str, records: &[Record]) -> Result<Vec<Option<u8>>> {
         _ => (named, None),
     };
     let path = Path::new(path);
-    let people = people(path, column).map_err(bad_input)?;
+    let people = table_of(path, column).map_err(bad_input)?;
     people.of(records, path).map_err(bad_input)
 }
 

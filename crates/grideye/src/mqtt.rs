@@ -7,7 +7,7 @@ use crate::output::outln;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_collector::{Annex, Log};
 use grideye_draw::still;
-use grideye_homeassistant::{Broker, Images, Password, Rule, SettingNames, Telling, Topics};
+use grideye_homeassistant::{Broker, Images, Password, SettingNames, Telling, Topics};
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt as _;
 use std::path::Path;
@@ -24,9 +24,9 @@ const NAMES: SettingNames = SettingNames {
 const FILE_BYTES_MAX: u64 = 4 * 1024 * 1024;
 
 /// The collector's bridge; `None` without a broker.
-pub(crate) fn annex(options: &BridgeOptions, log: Log) -> Result<Option<Annex>> {
+pub(crate) fn annex(options: &BridgeOptions, has_line: bool, log: Log) -> Result<Option<Annex>> {
     let broker = broker(&options.broker)?;
-    Ok(broker.map(|broker| grideye_homeassistant::annex(broker, telling(options), log)))
+    Ok(broker.map(|broker| grideye_homeassistant::annex(broker, telling(options, has_line), log)))
 }
 
 pub(crate) fn forget(options: &Forget) -> Result<Outcome> {
@@ -76,7 +76,7 @@ fn password(path: &Path) -> Result<Password> {
     })
 }
 
-fn telling(options: &BridgeOptions) -> Telling {
+fn telling(options: &BridgeOptions, has_line: bool) -> Telling {
     let seconds = Duration::from_secs_f64;
     let forget_after = options.forget_after_days;
     Telling {
@@ -88,11 +88,7 @@ fn telling(options: &BridgeOptions) -> Telling {
         }),
         silent_after: seconds(options.silent_after_s),
         forget_after: forget_after.map(|days| seconds(86_400.0 * days)),
-        presence: Rule {
-            pixels: options.presence_pixels.into(),
-            above_c: options.presence_above_c,
-            hold: seconds(options.presence_hold_s),
-        },
+        has_line,
     }
 }
 

@@ -26,6 +26,7 @@ pub(crate) fn config_topics() -> Vec<String> {
         "sensor/ID/mean",
         "sensor/ID/thermistor",
         "binary_sensor/ID/presence",
+        "sensor/ID/people",
     ]
     .map(|entity| format!("homeassistant/{}/config", entity.replace("ID", ID)))
     .to_vec();

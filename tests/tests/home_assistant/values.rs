@@ -181,11 +181,16 @@ fn presence_comes_with_an_emulated_person_and_goes_with_them() {
         simulated(at.path(), &format!("{EMPTY}{ANA}")),
     ];
     let subscriber = broker.subscribe();
-    let collector = collector(at.path(), &broker.url(), &["--mqtt-presence-hold", "1"]);
+    let collector = collector(at.path(), &broker.url(), &[]);
     let feed = Feed::start(&collector, 0, scenes);
     let says = |word: &'static str| {
-        move |heard: &Heard| heard.topic == state_topic() && heard.json()["presence"] == word
+        move |heard: &Heard| {
+            let people = if word == "ON" { 1 } else { 0 };
+            let is_state = heard.topic == state_topic();
+            is_state && heard.json()["presence"] == word && heard.json()["people"] == people
+        }
     };
+    // The empty room is known after half a minute.
     subscriber.wait_for("an empty room", says("OFF"));
     assert_eq!(subscriber.find(says("ON")), None);
     feed.show(1);

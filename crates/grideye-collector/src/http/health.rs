@@ -21,7 +21,10 @@ read counter grideye_sensor_read_total Frames that the agent read, in this boot.
 stored counter grideye_sensor_stored_total Frames kept, in this boot.
 missing counter grideye_sensor_missing_total Rows without a frame, in this boot.
 dropped counter grideye_sensor_dropped_total Frames that the agent gave up.
-errors counter grideye_sensor_errors_total Errors of the bus and the sensor.";
+errors counter grideye_sensor_errors_total Errors of the bus and the sensor.
+people gauge grideye_people People in view, 3 for three and more.
+entered counter grideye_people_entered_total People who crossed the line from left to right.
+left counter grideye_people_left_total People who crossed the line from right to left.";
 
 /// `GET /healthz`: whether the store is readable and the last write succeeded, and what will need somebody soon. Needs
 /// no token.

@@ -7,7 +7,7 @@ use crate::http::agents::Agents;
 use crate::http::annex::Inside;
 use crate::http::origin::HostNames;
 use crate::limits::Limits;
-use crate::live::{Event, Live, NewestFrames};
+use crate::live::{Counting, Event, Live, NewestFrames};
 use crate::log::{Level, Log, LogEvent, Seldom};
 use crate::peer::AddressGroup;
 use crate::rates::Rates;
@@ -92,7 +92,13 @@ impl AppState {
         options: Options,
     ) -> Result<Self, StoreError> {
         let (streams, newest) = (store.streams().await?, store.newest().await?);
-        let live = Arc::new(Live::new(Arc::clone(&clock), &limits, streams, newest));
+        let live = Arc::new(Live::new(
+            Arc::clone(&clock),
+            &limits,
+            options.counting,
+            streams,
+            newest,
+        ));
         let (rate, burst) = (limits.requests_per_second_max, limits.requests_burst_max);
         let (unknown_rate, unknown_burst) = (
             limits.unknown_requests_per_second_max,
@@ -167,6 +173,8 @@ pub(crate) struct Options {
     pub(crate) authenticator: Authenticator,
     pub(crate) log: Log,
     pub(crate) counters: Arc<Counters>,
+    /// Whether people are counted, and how.
+    pub(crate) counting: Option<Counting>,
 }
 
 impl Default for Options {
@@ -177,6 +185,7 @@ impl Default for Options {
             authenticator: Authenticator::open(),
             log: Log::silent(),
             counters: Arc::default(),
+            counting: None,
         }
     }
 }

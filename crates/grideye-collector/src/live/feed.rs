@@ -3,6 +3,7 @@
 use crate::clock::Clock;
 use crate::limits::Limits;
 use crate::live::by_sensor::BySensor;
+use crate::live::people::{Counted, Counting, People};
 use crate::live::recent::RecentFrames;
 use crate::live::senders::Senders;
 use crate::live::sensor::{Measured, Sensor, nanoseconds};
@@ -23,6 +24,7 @@ pub(crate) struct Live {
     events: broadcast::Sender<Event>,
     clock: Arc<dyn Clock>,
     limits: Limits,
+    counting: Option<Counting>,
 }
 
 impl Live {
@@ -30,6 +32,7 @@ impl Live {
     pub(crate) fn new(
         clock: Arc<dyn Clock>,
         limits: &Limits,
+        counting: Option<Counting>,
         streams: Vec<StreamSummary>,
         newest: Vec<StoredRecord>,
     ) -> Self {
@@ -41,6 +44,7 @@ impl Live {
             events,
             clock,
             limits: limits.clone(),
+            counting,
         };
         let mut streams: BTreeMap<_, _> = streams
             .into_iter()
@@ -136,6 +140,10 @@ impl Live {
         sensor
             .faults
             .count(sensor.stream.account.as_ref(), Some(now));
+        if let Some(counting) = &self.counting {
+            let counted = sensor.counted.get_or_insert_with(|| Counted::new(counting));
+            counted.see(counting, &shown);
+        }
         self.recent.take(&sensor.stream.id, records_of(&shown));
         if self.events.receiver_count() == 0 {
             return None;
@@ -260,6 +268,8 @@ pub struct NewestFrame {
     pub record: Record,
     /// Time since it was measured, by clocks that do not jump; a lower bound if only the arrival is known.
     pub age: Duration,
+    /// `None` if the collector does not count people, or has seen no frame of the sensor since its start.
+    pub people: Option<People>,
 }
 
 impl NewestFrames {
@@ -279,6 +289,7 @@ impl NewestFrames {
                 stream: StreamId::clone(&sensor.stream.id),
                 record: measured.record,
                 age: Duration::from_nanos(u64::try_from(age_ns).unwrap_or(u64::MAX)),
+                people: sensor.counted.as_ref().map(Counted::people),
             })
         });
         newest.collect()

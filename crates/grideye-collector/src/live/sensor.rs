@@ -2,6 +2,7 @@
 
 use crate::limits::Limits;
 use crate::live::faults::Faults;
+use crate::live::people::Counted;
 use crate::store::{StreamSummary, account};
 use grideye_frame::word;
 use grideye_frame::{Celsius, Reading};
@@ -20,6 +21,8 @@ pub(super) struct Sensor {
     /// Boot times of the frames within the rate window, in nanoseconds.
     pub(super) recent_boot_ns: VecDeque<u64>,
     pub(super) faults: Faults,
+    /// `None` if the collector does not count people.
+    pub(super) counted: Option<Counted>,
 }
 
 /// A record, owned or borrowed, with its measurement time. Batches lend their records; only the newest is stored.
@@ -54,6 +57,7 @@ impl Sensor {
             began_boot_ns: None,
             recent_boot_ns: VecDeque::new(),
             faults: Faults::default(),
+            counted: None,
         }
     }
 
@@ -75,7 +79,10 @@ impl Sensor {
             } else if newest.is_some_and(|newest| newest.measured_ns >= measured.measured_ns) {
                 continue;
             } else {
+                // The room stays what it was.
+                let counted = self.counted.take();
                 *self = Self::new(stream.clone());
+                self.counted = counted;
             }
             shown.push(measured);
         }
@@ -220,6 +227,8 @@ impl Sensor {
             ("began_boot_ns", json!(self.began_boot_ns)),
         ];
         status.extend(of_now.map(|(key, value)| (key.to_owned(), value)));
+        let people = self.counted.iter().flat_map(Counted::json);
+        status.extend(people.map(|(key, value)| (key.to_owned(), value)));
         status
     }
 }

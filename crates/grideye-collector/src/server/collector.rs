@@ -72,6 +72,7 @@ impl Collector {
             authenticator,
             log: config.log.clone(),
             counters: Arc::clone(&counters),
+            counting: config.counting,
         };
         let state = open(&config, options).await.map_err(|reason| {
             let path = PathBuf::from(config.store.to_string());

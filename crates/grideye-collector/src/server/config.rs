@@ -4,6 +4,7 @@ use crate::auth::AccessFolder;
 use crate::clock::Clock;
 use crate::http::Annex;
 use crate::limits::Limits;
+use crate::live::Counting;
 use crate::log::Log;
 use crate::server::tls::Tls;
 use crate::store::StoreLocation;
@@ -51,6 +52,8 @@ pub struct Config {
     pub trusted_proxies: Vec<IpAddr>,
     /// Where events are logged.
     pub log: Log,
+    /// Counts people in the frames. `None`: nobody is counted, at no cost.
+    pub counting: Option<Counting>,
     /// The program's own routes, behind the same middleware.
     pub annexes: Vec<Annex>,
 }
@@ -71,6 +74,7 @@ impl Config {
             tokens_forgotten: false,
             trusted_proxies: Vec::new(),
             log: Log::silent(),
+            counting: None,
             annexes: Vec::new(),
         }
     }

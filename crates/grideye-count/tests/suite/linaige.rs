@@ -1,7 +1,7 @@
 //! Two sessions of a real sensor, which the network has not seen.
 
 use grideye_count::judge::{Judged, Judgment};
-use grideye_count::{Counter, Network, celsius};
+use grideye_count::{Counter, Network, Room, celsius};
 use std::fs::File;
 use std::path::Path;
 
@@ -24,9 +24,7 @@ fn session(name: &str) -> Session {
         let row = row.unwrap();
         let raw = row.record.reading.frame().copied().unwrap();
         session.at_s.push(row.record.stamp.t_boot_ns as f64 / 1e9);
-        session
-            .frames
-            .push(celsius(&grideye_frame::word::pixels(&raw.pixels)));
+        session.frames.push(celsius(&raw));
         session.people.push(row.labels[0].parse().unwrap());
     }
     session
@@ -69,8 +67,9 @@ fn balanced_accuracy_of_two_real_sessions_is_what_the_readme_says() {
         ("Session3_2021-07-06_RoomA_v2.csv", [0.0; 4]),
     ] {
         let session = session(name);
-        let room = Counter::room_of(&mut session.frames.clone());
-        let [alone, counted] = judged(&session, Counter::with_background(room));
+        let mut room = Room::default();
+        session.frames.iter().for_each(|frame| room.see(frame));
+        let [alone, counted] = judged(&session, Counter::with_background(room.celsius()));
         let live = judged(&session, Counter::new())[1];
         let found = [alone.all, counted.all, counted.steady, live.all]
             .map(|of| percent(of.balanced_accuracy()));

@@ -1,6 +1,7 @@
 //! Tests what is published when, with a controlled clock.
 
 use super::*;
+use grideye_count::{Count, Places};
 use grideye_frame::{PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use serde_json::Value;
@@ -18,11 +19,7 @@ fn telling() -> Telling {
         }),
         silent_after: seconds(15),
         forget_after: Some(seconds(86_400)),
-        presence: Rule {
-            pixels: 2,
-            above_c: 1.5,
-            hold: seconds(5),
-        },
+        has_line: false,
     }
 }
 
@@ -54,6 +51,22 @@ fn frame(boot: &str, seq: u64, warm: usize, age: Duration) -> NewestFrame {
             }),
         },
         age,
+        people: Some(people(u8::from(warm > 0))),
+    }
+}
+
+fn people(people: u8) -> People {
+    let count = Count {
+        people,
+        chances: [0.25; 4],
+        alone: [0.25; 4],
+        places: Places::default(),
+        pixels: 0,
+        excess: [0.0; 64],
+    };
+    People {
+        count: Some(count),
+        crossed: None,
     }
 }
 
@@ -78,7 +91,7 @@ fn look(sensor: &mut Sensor, newest: &NewestFrame, now_s: u64) -> Vec<Message> {
 }
 
 fn new() -> Vec<&'static str> {
-    [&["config"; 6][..], &["availability", "state", "image"]].concat()
+    [&["config"; 7][..], &["availability", "state", "image"]].concat()
 }
 
 #[test]
@@ -89,8 +102,8 @@ fn a_sensor_is_announced_with_its_first_new_frame_then_published_at_its_interval
     assert!(!sensor.is_announced());
     let told = first(&mut sensor);
     assert_eq!(said(&told), new());
-    assert!(told[..7].iter().all(|message| message.retain));
-    assert!(told[7..].iter().all(|message| !message.retain));
+    assert!(told[..8].iter().all(|message| message.retain));
+    assert!(told[8..].iter().all(|message| !message.retain));
     assert!(sensor.is_announced());
     // Polls are half a second apart.
     let mut images = 0;
@@ -110,14 +123,14 @@ fn the_state_is_the_frame_in_degrees() {
     let mut sensor = sensor();
     let warm = frame("b1", 7, 3, Duration::ZERO);
     let told = look(&mut sensor, &warm, 100);
-    let state: Value = serde_json::from_slice(&told[7].payload).unwrap();
+    let state: Value = serde_json::from_slice(&told[8].payload).unwrap();
     // Three pixels of 25 °C and 61 of 20 °C; 0x1A1 is 26.0625 °C (AMG88 spec §4-11-10).
-    let expected = json!({ "min": 20.0, "max": 25.0, "mean": 20.23, "thermistor": 26.0625, "presence": "ON", "seq": 7 });
+    let expected = json!({ "min": 20.0, "max": 25.0, "mean": 20.23, "thermistor": 26.0625, "people": 1, "presence": "ON", "entered": null, "left": null, "seq": 7 });
     assert_eq!(state, expected);
 }
 
 #[test]
-fn presence_is_published_at_once_and_an_old_frame_only_once() {
+fn a_change_of_people_is_published_at_once_and_an_old_frame_only_once() {
     let mut sensor = sensor();
     first(&mut sensor);
     let now = seconds(100) + seconds(1) / 2;
@@ -145,10 +158,10 @@ fn silence_makes_it_unavailable_and_a_day_of_it_removes_it() {
     assert_eq!(told, [Message::retained(topic.clone(), "offline")]);
     assert_eq!(look(&mut sensor, &silent(17), 117), []);
     let told = look(&mut sensor, &silent(86_401), 86_501);
-    assert_eq!(told.len(), 7);
+    assert_eq!(told.len(), 10);
     let is_cleared = |message: &Message| message.retain && message.payload.is_empty();
     assert!(told.iter().all(is_cleared));
-    assert_eq!(told[6].topic, topic);
+    assert_eq!(told[9].topic, topic);
     assert!(!sensor.is_announced());
     assert_eq!(look(&mut sensor, &silent(86_402), 86_502), []);
     // It returns as a new one.
@@ -167,15 +180,15 @@ fn everything_is_published_again_after_a_reconnect() {
     sensor.say_again();
     let silent = frame("b1", 0, 0, seconds(20));
     let told = look(&mut sensor, &silent, 120);
-    assert_eq!(said(&told), new()[..7]);
-    assert_eq!(told[6].payload, b"offline");
+    assert_eq!(said(&told), new()[..8]);
+    assert_eq!(told[7].payload, b"offline");
 }
 
 #[test]
 fn a_removed_sensor_stays_removed_until_its_agent_restarts() {
     let mut sensor = sensor();
     first(&mut sensor);
-    assert_eq!(sensor.remove(&telling()).len(), 7);
+    assert_eq!(sensor.remove(&telling()).len(), 10);
     let next = frame("b1", 9, 0, Duration::ZERO);
     assert_eq!(look(&mut sensor, &next, 102), []);
     sensor.say_again();
@@ -193,5 +206,42 @@ fn pictures_can_be_left_out() {
     };
     let newest = frame("b1", 0, 0, Duration::ZERO);
     let told = sensor.look(&newest, &telling, seconds(100));
-    assert_eq!(said(&told), new()[..8]);
+    assert_eq!(said(&told), new()[..9]);
+}
+
+#[test]
+fn who_crosses_a_line_is_told_and_a_room_that_is_not_known_yet_has_no_presence() {
+    let telling = Telling {
+        has_line: true,
+        ..telling()
+    };
+    let mut newest = frame("b1", 0, 0, Duration::ZERO);
+    let mut people = people(0);
+    people.crossed = Some([3, 1]);
+    newest.people = Some(people);
+    let mut sensor = sensor();
+    let told = sensor.look(&newest, &telling, seconds(100));
+    let entered = told
+        .iter()
+        .find(|message| message.topic.ends_with("entered/config"));
+    assert!(String::from_utf8_lossy(&entered.unwrap().payload).contains("total_increasing"));
+    let state = |told: &[Message]| {
+        let state = told
+            .iter()
+            .find(|message| message.topic.ends_with("/state"));
+        serde_json::from_slice::<Value>(&state.unwrap().payload).unwrap()
+    };
+    let known = state(&told);
+    assert_eq!(
+        (&known["entered"], &known["left"], &known["presence"]),
+        (&json!(3), &json!(1), &json!("OFF"))
+    );
+    people.count = None;
+    newest.people = Some(people);
+    newest.record.seq = 1;
+    let unknown = state(&sensor.look(&newest, &telling, seconds(101)));
+    assert_eq!(
+        (&unknown["people"], &unknown["presence"]),
+        (&Value::Null, &Value::Null)
+    );
 }

@@ -7,6 +7,7 @@
     rec = ge.Recording.read("evening.csv")           # rec.celsius: float32 (N, 8, 8)
     assert ge.compare(scene, rec).agrees             # .verdict: "agrees", "disagrees" or "cannot tell"
     for x, y in ge.frames("counting", frames=50_000): ...  # batches of labeled frames
+    people = ge.count(rec).people                    # int8 (N,): 0 to 3 and more, -1 where it is not known
     with ge.emulate(scene) as bus:                   # an AMG8833 at 0x69, in this process
         bus.read_byte_data(0x69, 0x80)
 
@@ -16,6 +17,7 @@ and stop on Ctrl-C. What cannot be used raises `InputError`, with file, line and
 
 from ._bus import Bus, emulate
 from ._comparison import Comparison, Verdict, compare
+from ._count import Counts, count
 from ._error import InputError
 from ._program import Calibration, calibrate, characterize, coverage, dataset, frames, orient
 from ._recording import Recording
@@ -25,6 +27,7 @@ __all__ = [
     "Bus",
     "Calibration",
     "Comparison",
+    "Counts",
     "InputError",
     "Recording",
     "Scene",
@@ -32,6 +35,7 @@ __all__ = [
     "calibrate",
     "characterize",
     "compare",
+    "count",
     "coverage",
     "dataset",
     "emulate",

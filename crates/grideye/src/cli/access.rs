@@ -1,5 +1,6 @@
 //! Options of the collector, of its MQTT bridge, and of the commands that manage tokens.
 
+use super::count::CountLive;
 use super::shared::{Choices, one_of, within};
 use clap::{Args, Subcommand};
 use grideye_collector::LogEvent;
@@ -47,6 +48,8 @@ pub(crate) struct Collect {
     pub(crate) keep_bytes: Option<u64>,
     #[command(flatten)]
     pub(crate) scenes: Scenes,
+    #[command(flatten)]
+    pub(crate) people: CountLive,
     #[command(flatten)]
     pub(crate) folder: Folder,
     /// Turn on TLS on loopback too.
@@ -301,7 +304,7 @@ pub(crate) struct BrokerOptions {
 pub(crate) struct BridgeOptions {
     #[command(flatten)]
     pub(crate) broker: BrokerOptions,
-    /// Seconds between a sensor's temperatures, 0.5 to 86400; presence is sent when it changes.
+    /// Seconds between a sensor's temperatures, 0.5 to 86400; people are sent when their number changes.
     #[arg(long = "mqtt-every", hide_short_help = true, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds)]
     pub(crate) state_every_s: f64,
     /// Seconds between a sensor's images, up to 86400; 0 sends none.
@@ -313,15 +316,6 @@ pub(crate) struct BridgeOptions {
     /// Days without a new frame until a sensor is removed from Home Assistant [default: never].
     #[arg(long = "mqtt-forget-after", hide_short_help = true, value_name = "DAYS", value_parser = days)]
     pub(crate) forget_after_days: Option<f64>,
-    /// Warm pixels that mean a person is present, 1 to 32.
-    #[arg(long = "mqtt-presence-pixels", hide_short_help = true, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=32))]
-    pub(crate) presence_pixels: u8,
-    /// Degrees above the frame's median that make a pixel warm, 0.25 to 100 °C; a radiator passes too.
-    #[arg(long = "mqtt-presence-above", hide_short_help = true, value_name = "CELSIUS", default_value_t = 1.5, value_parser = degrees)]
-    pub(crate) presence_above_c: f64,
-    /// Seconds with too few warm pixels until nobody is present, up to 86400.
-    #[arg(long = "mqtt-presence-hold", hide_short_help = true, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds_or_none)]
-    pub(crate) presence_hold_s: f64,
 }
 
 /// Remove from an MQTT broker what the bridge left there.
@@ -374,10 +368,6 @@ fn seconds_or_none(text: &str) -> Result<f64, String> {
 
 fn days(text: &str) -> Result<f64, String> {
     bounded(text, 1e-5, DAYS_MAX)
-}
-
-fn degrees(text: &str) -> Result<f64, String> {
-    bounded(text, 0.25, 100.0)
 }
 
 /// Parses a topic: no wildcards, and not one of the broker's own.
@@ -449,6 +439,5 @@ mod tests {
         assert!(seconds("0.4").is_err() && seconds("86401").is_err() && seconds("NaN").is_err());
         assert_eq!(seconds_or_none("0"), Ok(0.0));
         assert!(days("0").is_err() && days("36501").is_err());
-        assert!(degrees("0.2").is_err() && degrees("101").is_err());
     }
 }

@@ -21,8 +21,8 @@ pub(crate) struct Count {
     pub(crate) sensor: Option<String>,
     /// File of JSON lines to write, one a frame.
     ///
-    /// - prints them instead of the changes. seq, t_s (of the device's clock), people (3 is three or more), p (the chance of
-    /// each count), places (column, row, °C above the empty room), and with --line entered and left so far.
+    /// The name - prints them instead of the changes. seq, t_s (of the device's clock), people (3 is three or more), p (the
+    /// chance of each count), places (column, row, °C above the empty room), and with --line entered and left so far.
     #[arg(long, value_name = "FILE.jsonl")]
     pub(crate) json: Option<PathBuf>,
     /// Line to count crossings of, in pixels.
@@ -55,4 +55,19 @@ pub(crate) struct Count {
     /// Another program's counts to judge, as --truth.
     #[arg(long, value_name = "FILE[:COLUMN]", requires = "truth", conflicts_with_all = ["json", "line", "weights", "profile", "live"])]
     pub(crate) counts: Option<String>,
+}
+
+/// Counting of people in frames as they come.
+#[derive(Debug, Default, Args)]
+pub(crate) struct CountLive {
+    /// Count the people in front of each sensor.
+    ///
+    /// For the live page, GET /v1/sensors, /metrics and Home Assistant, for which it is on. A .gec file is another network.
+    #[arg(long, value_name = "FILE.gec", num_args = 0..=1, require_equals = true)]
+    pub(crate) count: Option<Option<PathBuf>>,
+    /// Line to count crossings of, in pixels.
+    ///
+    /// As of `grideye count`; the same for every sensor. Turns on --count.
+    #[arg(long, value_name = "X1,Y1,X2,Y2", allow_hyphen_values = true)]
+    pub(crate) line: Option<Line>,
 }
