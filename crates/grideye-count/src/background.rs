@@ -100,7 +100,7 @@ impl Known {
         // Nobody is there: what is warm all the same is no person.
         let held = if people == 0 { 0 } else { grown(warm | people) };
         let mut free = Mean::default();
-        let mut waiting = 0;
+        let mut waiting = 0_u64;
         for (pixel, excess) in excess.iter().enumerate() {
             let is_in = |pixels: u64| pixels >> pixel & 1 == 1;
             let warm_s = &mut self.warm_s[pixel];

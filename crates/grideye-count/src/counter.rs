@@ -8,8 +8,12 @@ use grideye_frame::{Celsius, PIXELS, RecordedFrame, word};
 
 /// How often a number of people changes, per second: who crosses the view is in it for two seconds.
 const CHANGES_PER_S: f32 = 0.5;
-/// What a frame says that those before it did not: they share the background's errors and the posture.
-const NEWS: f32 = 0.8;
+/// What a frame says that one just before it did not: they share the background's errors and the posture. After a second
+/// all of it is new.
+const NEWS: f32 = 0.5;
+/// Nobody is told only if that is so many times as likely as another count: a person who is overlooked is worse than one
+/// who is not there.
+const NOBODY_SURE: f32 = 10.0;
 /// The longest time between frames that what was known before survives.
 const GAP_S: f64 = 5.0;
 /// Nothing is known of the count.
@@ -92,7 +96,7 @@ impl Counter {
             self.chances = ANY;
         }
         self.chances = updated(&self.chances, &alone, single(passed_s.min(GAP_S)));
-        let people = most_likely(&self.chances);
+        let people = told(&self.chances);
         let most = if usize::from(people) + 1 == CLASSES {
             usize::MAX
         } else {
@@ -156,10 +160,18 @@ fn updated(before: &[f32; CLASSES], alone: &[f32; CLASSES], passed_s: f32) -> [f
         });
         (1.0 - changed) * before[count] + changed * gained.sum::<f32>()
     });
+    let news = NEWS + (1.0 - NEWS) * passed_s.min(1.0);
     // So unlikely that others are nearly sure, yet never impossible.
     normalized(core::array::from_fn(|count| {
-        moved[count] * libm::powf(alone[count].max(1e-4), NEWS)
+        moved[count] * libm::powf(alone[count].max(1e-4), news)
     }))
+}
+
+/// The number of people that is told.
+fn told(chances: &[f32; CLASSES]) -> u8 {
+    let [nobody, some @ ..] = *chances;
+    let [one, two, more] = some;
+    most_likely(&[nobody / NOBODY_SURE, one, two, more])
 }
 
 fn most_likely(chances: &[f32; CLASSES]) -> u8 {

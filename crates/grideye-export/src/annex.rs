@@ -455,6 +455,7 @@ mod tests {
         Asked {
             sensor: Some(sensor.to_owned()),
             boot: boot.map(str::to_owned),
+            count: false,
         }
     }
 

@@ -99,3 +99,22 @@ def test_coverage_and_orientation_are_the_program_s():
     made = ge.coverage(ge.Scene.room((3, 3, 2.5), people=[(1, 1)]))
     assert made.keys() == ours.keys()
     assert isinstance(ge.orient(ge.Recording.from_array(np.full((60, 8, 8), 20.0))), dict)
+
+
+def test_people_are_counted_as_the_program_counts_them(tmp_path):
+    session = ROOT / "recordings/linaige/Session3_2021-07-06_RoomA_v2.csv"
+    recording = ge.Recording.read(session)
+    counts = ge.count(recording, line=(-0.5, 3.5, 7.5, 3.5))
+    lines = [json.loads(line) for line in grideye("count", session, "--json", "-", "--line=-0.5,3.5,7.5,3.5").splitlines()]
+    assert counts.people.tolist() == [line["people"] for line in lines]
+    np.testing.assert_allclose(counts.p, [line["p"] for line in lines], atol=1e-4)
+    assert (counts.entered[-1], counts.left[-1]) == (lines[-1]["entered"], lines[-1]["left"])
+    assert (ge.count(recording, live=True).people[:250] == -1).all()
+    # Ten frames a second, as the session nearly has.
+    ours = ge.count(recording.celsius).people
+    assert np.mean(ours == counts.people) > 0.98
+    with pytest.raises(ge.InputError, match="X1,Y1,X2,Y2"):
+        ge.count(recording, line=(1, 2))
+    (tmp_path / "weights.gec").write_bytes(b"something else")
+    with pytest.raises(ge.InputError, match="GEC1"):
+        ge.count(recording, weights=tmp_path / "weights.gec")

@@ -13,7 +13,7 @@ use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
 use grideye_agent::config::Config as AgentConfig;
 use grideye_agent::log::{Level, Log};
-use grideye_collector::Account;
+use grideye_collector::{Account, Counting};
 use grideye_frame::{RecordedFrame, TICK};
 use grideye_inputs::{SceneText, hashed, hashed_text};
 use grideye_recording::{Record, Row};
@@ -35,7 +35,12 @@ pub(crate) fn run(options: &Demo) -> Result<Outcome> {
     keep_apart(options, &show)?;
     let demonstration = show.scene().map(|shown| &shown.demonstration);
     let annexes = collect::annexes(&options.page.scenes, demonstration)?;
-    let stage = Stage::open(options.page.listen, options.out.join(STORE), annexes)?;
+    let stage = Stage::open(
+        options.page.listen,
+        options.out.join(STORE),
+        annexes,
+        Some(Counting::default()),
+    )?;
     progress::say(&format!("live page  {}", stage.page()));
     files::warned(show.scene().map_or(&[][..], |shown| &shown.warnings));
     if options.page.open {

@@ -3,7 +3,9 @@
 use crate::client::Client;
 use crate::{collect, progress};
 use anyhow::{Context as _, Result};
-use grideye_collector::{Annex, Collector, CollectorError, Config, StoreLocation, SystemClock};
+use grideye_collector::{
+    Annex, Collector, CollectorError, Config, Counting, StoreLocation, SystemClock,
+};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -23,12 +25,18 @@ pub(crate) struct Stage {
 }
 
 impl Stage {
-    pub(crate) fn open(listen: SocketAddr, store: PathBuf, annexes: Vec<Annex>) -> Result<Self> {
+    pub(crate) fn open(
+        listen: SocketAddr,
+        store: PathBuf,
+        annexes: Vec<Annex>,
+        counting: Option<Counting>,
+    ) -> Result<Self> {
         let runtime =
             grideye_collector::runtime().context("cannot start the collector's threads")?;
         let store = StoreLocation::File(store);
         let mut config = Config::new(listen, store, Arc::new(SystemClock::new()));
         config.annexes = annexes;
+        config.counting = counting;
         let collector = runtime.block_on(Collector::bind(config))?;
         let address = collector.local_addr();
         let (shut_down, mut is_shut_down) = watch::channel(false);

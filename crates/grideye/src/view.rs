@@ -29,6 +29,7 @@ pub(crate) fn run(options: &View) -> Result<Outcome> {
         options.page.listen,
         folder.path().join("view.sqlite"),
         annexes,
+        None,
     )?;
     let name: String = files::stem(path).chars().take(NAME_CHARS_MAX).collect();
     let id = stage.client.start_recording(&name)?.id;

@@ -89,6 +89,17 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         Serves("grideye enroll pi-1", &["http://127.0.0.1:"]),
     ),
     (
+        "grideye count recordings/linaige/Session2_2021-07-01_RoomB_v2.csv",
+        Run("", &["  1 person", "  nobody"]),
+    ),
+    (
+        "grideye collect --count",
+        By(
+            "tests/tests/page/people.rs",
+            "a_card_says_how_many_people_there_are_and_outlines_them",
+        ),
+    ),
+    (
         "grideye collect --scenes scenes",
         By(
             "tests/tests/page/beside.rs",

@@ -9,6 +9,7 @@ mod exports;
 mod keys;
 mod live;
 mod login;
+mod people;
 mod pictures;
 mod recordings;
 mod view;

@@ -60,37 +60,44 @@ fn percent(share: Option<f64>) -> f64 {
     (share.unwrap_or(f64::NAN) * 1000.0).round() / 10.0
 }
 
+/// Balanced accuracy at least, in per cent: of each frame alone, as counted, that more than 0.5 s from a change of the label,
+/// and as counted live; then presence errors there at most. A point less than what the README says.
+const SESSIONS: [(&str, [f64; 4], [f64; 2]); 2] = [
+    (
+        "Session2_2021-07-01_RoomB_v2.csv",
+        [85.0, 89.0, 93.0, 90.0],
+        [4.0, 2.0],
+    ),
+    (
+        "Session3_2021-07-06_RoomA_v2.csv",
+        [79.0, 80.0, 93.0, 79.0],
+        [1.5, 6.5],
+    ),
+];
+
 #[test]
 fn balanced_accuracy_of_two_real_sessions_is_what_the_readme_says() {
-    for (name, least) in [
-        ("Session2_2021-07-01_RoomB_v2.csv", [0.0; 4]),
-        ("Session3_2021-07-06_RoomA_v2.csv", [0.0; 4]),
-    ] {
+    for (name, least, most) in SESSIONS {
         let session = session(name);
         let mut room = Room::default();
         session.frames.iter().for_each(|frame| room.see(frame));
-        let [alone, counted] = judged(&session, Counter::with_background(room.celsius()));
+        let known = Counter::with_background(room.celsius());
+        let [alone, counted] = judged(&session, known);
         let live = judged(&session, Counter::new())[1];
-        let found = [alone.all, counted.all, counted.steady, live.all]
-            .map(|of| percent(of.balanced_accuracy()));
-        println!(
-            "{name}: alone {} counted {} steady {} live {}",
-            found[0], found[1], found[2], found[3]
+        let found = [alone.all, counted.all, counted.steady, live.all];
+        let found = found.map(|of| percent(of.balanced_accuracy()));
+        let errors = counted.steady.presence_errors().map(percent);
+        println!("{name}: {found:?}, presence errors {errors:?}");
+        assert!(
+            found
+                .iter()
+                .zip(least)
+                .all(|(found, least)| *found >= least),
+            "{name}: {found:?}"
         );
-        println!(
-            "   presence {:?}, longest wrong {:.1} s, not yet {}",
-            counted.steady.presence_errors().map(percent),
-            counted.longest_wrong_s,
-            live.not_yet
+        assert!(
+            errors.iter().zip(most).all(|(error, most)| *error <= most),
+            "{name}: {errors:?}"
         );
-        println!(
-            "   alone: steady {} majority {}",
-            percent(alone.steady.balanced_accuracy()),
-            percent(alone.majority.balanced_accuracy())
-        );
-        println!("   {:?}", counted.all.0);
-        for (found, least) in found.iter().zip(least) {
-            assert!(*found >= least, "{name}: {found:?}");
-        }
     }
 }

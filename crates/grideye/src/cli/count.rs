@@ -41,9 +41,9 @@ pub(crate) struct Count {
     /// Nothing is counted for half a minute.
     #[arg(long, conflicts_with = "profile")]
     pub(crate) live: bool,
-    /// Another network [default: the shipped one].
+    /// File of the network [default: the shipped one].
     ///
-    /// A .gec file, as tests/peers/counting trains it.
+    /// .gec, as tests/peers/counting trains it.
     #[arg(long, value_name = "FILE.gec")]
     pub(crate) weights: Option<PathBuf>,
     /// True numbers of people, to judge the count by.
@@ -52,7 +52,7 @@ pub(crate) struct Count {
     /// may have it. FILE:COLUMN names another column.
     #[arg(long, value_name = "FILE[:COLUMN]")]
     pub(crate) truth: Option<String>,
-    /// Another program's counts to judge, as --truth.
+    /// Counts of another program to judge, as --truth.
     #[arg(long, value_name = "FILE[:COLUMN]", requires = "truth", conflicts_with_all = ["json", "line", "weights", "profile", "live"])]
     pub(crate) counts: Option<String>,
 }

@@ -6,6 +6,7 @@ mod apart;
 mod backgrounds;
 mod calibrate;
 mod characterize;
+mod count;
 mod coverage;
 mod dataset;
 mod in_view;

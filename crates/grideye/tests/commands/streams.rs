@@ -16,6 +16,8 @@ const COMMANDS: &[(&str, i32)] = &[
     ("simulate room.toml --out x.csv", 0),
     ("simulate outside.toml --out x.csv", 0),
     ("convert recording.csv x.parquet", 0),
+    ("count recording.csv", 0),
+    ("count recording.csv --json -", 0),
     ("characterize recording.csv", 0),
     ("characterize short.csv", 3),
     ("characterize recording.csv --profile x.toml", 3),
