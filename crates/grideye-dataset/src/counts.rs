@@ -31,13 +31,14 @@ impl Counts {
             counts.frames += 1;
             *counts.people.entry(*people).or_default() += 1;
         }
-        for agent in &part.agents {
+        let labels = part.agents.iter().flat_map(|agent| &agent.labels);
+        for label in labels.flatten() {
             for (found, by) in [
-                (&agent.posture, &mut counts.posture),
-                (&agent.doing, &mut counts.doing),
+                (label.posture, &mut counts.posture),
+                (label.doing, &mut counts.doing),
             ] {
-                for name in found.iter().flatten() {
-                    *by.entry((*name).to_owned()).or_default() += 1;
+                if let Some(name) = found {
+                    *by.entry(name.to_owned()).or_default() += 1;
                 }
             }
         }

@@ -57,14 +57,19 @@ impl<'a> Folder<'a> {
         output: &'a dyn Output,
     ) -> Result<Self, DatasetError> {
         let made = fs::create_dir_all(path);
-        made.map_err(|cause| DatasetError::NoFolder(path.to_path_buf(), cause))?;
+        made.map_err(|cause| {
+            let path = path.display();
+            DatasetError::Refused(format!(
+                "cannot create the folder {path}: {cause}\nhint: name a folder you can write to with --out"
+            ))
+        })?;
         let folder = Self {
             path: path.to_path_buf(),
             output,
         };
         let file = path.join(MANIFEST);
         match fs::metadata(&file) {
-            Ok(metadata) if metadata.len() > MANIFEST_BYTES_MAX => Err(DatasetError::Foreign(file)),
+            Ok(metadata) if metadata.len() > MANIFEST_BYTES_MAX => Err(foreign(&file)),
             Ok(_) => check_manifest(&file, manifest),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 let text = serde_json::to_string_pretty(manifest).unwrap_or_default();
@@ -73,7 +78,7 @@ impl<'a> Folder<'a> {
                     false => check_manifest(&file, manifest),
                 }
             }
-            Err(error) => Err(unread(&file, error)),
+            Err(error) => Err(unread(&file, &error)),
         }?;
         Ok(folder)
     }
@@ -119,11 +124,11 @@ impl<'a> Folder<'a> {
         let text = match fs::read(&path) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(unread(&path, error)),
+            Err(error) => return Err(unread(&path, &error)),
         };
         let counts = serde_json::from_slice::<Counts>(&text).ok();
         let counts = counts.filter(|counts| counts.fingerprint == manifest.fingerprint());
-        counts.map(Some).ok_or(DatasetError::Foreign(path))
+        counts.map(Some).ok_or_else(|| foreign(&path))
     }
 
     pub(crate) fn put(&self, manifest: &Manifest, part: &Part) -> Result<(), DatasetError> {
@@ -150,12 +155,12 @@ impl<'a> Folder<'a> {
         let file = match File::open(&path) {
             Ok(file) => file,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
-            Err(error) => return Err(unread(&path, error)),
+            Err(error) => return Err(unread(&path, &error)),
         };
         match is_ours(file, manifest, table) {
             Ok(true) => Ok(true),
-            Ok(false) => Err(DatasetError::Foreign(path)),
-            Err(error) => Err(unread(&path, error)),
+            Ok(false) => Err(foreign(&path)),
+            Err(error) => Err(unread(&path, &error)),
         }
     }
 
@@ -168,9 +173,12 @@ impl<'a> Folder<'a> {
     ) -> Result<(), DatasetError> {
         let partial = partial_name(path);
         let locked = locked(&partial, FlockOperation::NonBlockingLockExclusive)
-            .map_err(|error| unwritten(path, error))?;
+            .map_err(|error| unwritten(path, &error))?;
         let Some(file) = locked else {
-            return Err(DatasetError::Locked(partial));
+            return Err(DatasetError::Refused(format!(
+                "another process is writing {}\nhint: give every process its own shard with --shard",
+                partial.display()
+            )));
         };
         let put = || -> Result<(), Cause> {
             // The previous lock holder may have written it.
@@ -189,7 +197,7 @@ impl<'a> Folder<'a> {
             }
             written
         };
-        put().map_err(|error| unwritten(path, error))
+        put().map_err(|error| unwritten(path, &error))
     }
 
     /// Writes a small file, unless another process does; returns whether it was written here.
@@ -209,7 +217,7 @@ impl<'a> Folder<'a> {
             self.output.rename(&partial, path)?;
             Ok(true)
         };
-        put().map_err(|error| unwritten(path, error))
+        put().map_err(|error| unwritten(path, &error))
     }
 }
 
@@ -247,16 +255,19 @@ fn locked(path: &Path, how: FlockOperation) -> Result<Option<File>, Cause> {
 const LOCK_TRIES_MAX: usize = 10;
 
 fn check_manifest(file: &Path, manifest: &Manifest) -> Result<(), DatasetError> {
-    let text = fs::read(file).map_err(|error| unread(file, error))?;
+    let text = fs::read(file).map_err(|error| unread(file, &error))?;
     let Ok(there) = serde_json::from_slice::<Manifest>(&text) else {
-        return Err(DatasetError::Foreign(file.to_path_buf()));
+        return Err(foreign(file));
     };
     let differences = manifest.differences(&there);
     if differences.is_empty() {
         return Ok(());
     }
-    let differences = differences.join("; ");
-    Err(DatasetError::OtherDataset(file.to_path_buf(), differences))
+    Err(DatasetError::Refused(format!(
+        "{} belongs to another dataset: {}\nhint: name another folder with --out, or continue this one with the same scene, options and program",
+        file.display(),
+        differences.join("; ")
+    )))
 }
 
 /// The length of a file of records by its header, `… grideye FINGERPRINT 8192 bytes …`; `None` if it is not of this dataset.
@@ -331,10 +342,23 @@ const END_BYTES: u64 = 22;
 /// The longest header of an array, version 1.0.
 const NPY_HEAD_BYTES: u64 = 10 + (1 << 16);
 
-fn unread(path: &Path, cause: io::Error) -> DatasetError {
-    DatasetError::Unread(path.to_path_buf(), cause)
+fn foreign(path: &Path) -> DatasetError {
+    DatasetError::Refused(format!(
+        "{} exists but is not a complete file of this dataset; it is left as it is\nhint: name another folder with --out, or move the file away",
+        path.display()
+    ))
 }
 
-fn unwritten(path: &Path, cause: Cause) -> DatasetError {
-    DatasetError::Unwritten(path.to_path_buf(), cause)
+fn unread(path: &Path, cause: &io::Error) -> DatasetError {
+    let path = path.display();
+    DatasetError::Disk(format!(
+        "cannot read {path}: {cause}\nhint: name another folder with --out, or fix this file"
+    ))
+}
+
+fn unwritten(path: &Path, cause: &Cause) -> DatasetError {
+    let path = path.display();
+    DatasetError::Disk(format!(
+        "cannot write {path}: {cause:#}\nhint: free disk space or fix the folder, then run the same command again: it continues where it stopped"
+    ))
 }

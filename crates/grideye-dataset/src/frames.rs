@@ -81,7 +81,7 @@ impl Frames {
     /// The frames of a subject; `scene` is its unchanged scene.
     ///
     /// # Errors
-    /// [`DatasetError::Scene`] if the scene has no such sensor, [`DatasetError::InView`] for invalid weights.
+    /// [`DatasetError`] if the scene has no such sensor, and for invalid weights.
     pub fn new(mut subject: Subject, scene: &Scene) -> Result<Self, DatasetError> {
         subject.clip = subject.clip.max(1);
         check_in_view(&subject)?;
@@ -182,11 +182,10 @@ impl Frames {
         let sensor = simulator.sensor();
         let (found, expected) = ((sensor.columns, sensor.rows), (self.columns, self.rows));
         if found != expected {
-            return Err(DatasetError::Size {
-                index,
-                found,
-                expected,
-            });
+            return Err(DatasetError::Refused(format!(
+                "frame {index} has {} x {} pixels, but the scene's sensor has {} x {}\nhint: all frames of a dataset have one size; make one dataset per resolution",
+                found.0, found.1, expected.0, expected.1
+            )));
         }
         Ok(Set { scene, simulator })
     }
@@ -199,11 +198,12 @@ fn check_in_view(subject: &Subject) -> Result<(), DatasetError> {
     let is_balanced = weights.iter().all(is_right) && weights.iter().any(|weight| *weight > 0.0);
     match weights.is_empty() || (is_balanced && weights.len() <= agents + 1 && subject.clip == 1) {
         true => Ok(()),
-        false => Err(DatasetError::InView {
-            weights: weights.len(),
-            agents,
-            clip: subject.clip,
-        }),
+        false => Err(DatasetError::Refused(format!(
+            "{} weights of people in view, for {agents} agents and clips of {} frames\nhint: give up to {} weights from 0 on, not all 0, for 0, 1, 2 and more people, as in --in-view 1,1,1, and no --clip",
+            weights.len(),
+            subject.clip,
+            agents + 1
+        ))),
     }
 }
 
@@ -270,7 +270,9 @@ impl Maker<'_> {
             }
             self.clip = None;
         }
-        Err(DatasetError::NoClass { index, people })
+        Err(DatasetError::Refused(format!(
+            "frame {index}: none of {TRIES_MAX} draws has {people} in view\nhint: give {people} the weight 0 in --in-view, or let more people be there, nearer to the sensor"
+        )))
     }
 
     /// The frame by its draw, or by another one for the same frame.

@@ -1,5 +1,6 @@
 //! Labels of one frame, as a person who looks at it would give them.
 
+use grideye_scene::count::single;
 use grideye_scene::{Agent, Filled, Image, Mask};
 use std::time::Duration;
 
@@ -25,24 +26,29 @@ impl Default for CountsFrom {
     }
 }
 
+/// What is known of an agent in a frame.
 #[derive(Debug)]
-pub(crate) struct Label {
-    pub(crate) position_m: [f64; 3],
+pub struct Label {
+    /// Its position, meters.
+    pub position_m: [f64; 3],
     /// Visible share of the agent, 0 to 1.
-    pub(crate) visibility: f64,
+    pub visibility: f64,
     /// How many pixels the agent would fill if nothing hid it.
-    pub(crate) pixels: f64,
+    pub pixels: f64,
     /// What it changes in the pixel where it changes most, °C.
-    pub(crate) contrast_c: f64,
-    pub(crate) counts: bool,
+    pub contrast_c: f64,
+    /// Whether it counts as in view.
+    pub counts: bool,
     /// Column and row of its middle, from the middle of the first pixel; `None` out of view.
-    pub(crate) center_px: Option<[f64; 2]>,
+    pub center_px: Option<[f64; 2]>,
     /// Left, top, right and bottom edge of its box, pixels; `None` out of view.
-    pub(crate) box_px: Option<[f64; 4]>,
-    pub(crate) posture: Option<&'static str>,
-    pub(crate) doing: Option<&'static str>,
+    pub box_px: Option<[f64; 4]>,
+    /// A person's posture.
+    pub posture: Option<&'static str>,
+    /// What a person does.
+    pub doing: Option<&'static str>,
     /// The agent's share of each pixel, 0 to 1.
-    pub(crate) mask: Vec<f64>,
+    pub mask: Vec<f32>,
 }
 
 /// A pixel belongs to an agent's box from this share on.
@@ -82,7 +88,7 @@ pub(crate) fn labels(
                 box_px: box_px(&filled.seen),
                 posture: agent.posture(time).map(grideye_scene::Posture::name),
                 doing: agent.doing(time).map(grideye_scene::Doing::name),
-                mask: filled.seen.share,
+                mask: filled.seen.share.into_iter().map(single).collect(),
             }
         })
     });

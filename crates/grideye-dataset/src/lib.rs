@@ -17,7 +17,7 @@ pub use counts::Counts;
 pub use error::{Cause, DatasetError, TRIES_MAX};
 pub use folder::{Folder, Output};
 pub use frames::{DRAWS_MAX, Frames, Remembered, Subject};
-pub use labels::CountsFrom;
+pub use labels::{CountsFrom, Label};
 pub use manifest::Manifest;
 pub use part::{AgentLabels, Part, Scalars, VariedColumn};
 pub use preview::{Seen, preview};

@@ -71,7 +71,7 @@ impl Manifest {
     /// memory. Each split has its share of the clips, and parts of its own.
     ///
     /// # Errors
-    /// [`DatasetError::Parts`], [`DatasetError::Clips`], [`DatasetError::Split`].
+    /// [`DatasetError`] for too many parts, cut clips and empty splits.
     pub fn new(
         subject: &Frames,
         program: &str,
@@ -90,7 +90,10 @@ impl Manifest {
             ("frames-per-part", frames_per_part),
         ] {
             if let Some(number) = number.filter(|number| number % clip != 0) {
-                return Err(DatasetError::Clips { what, number, clip });
+                return Err(DatasetError::Refused(format!(
+                    "--{what} {number} does not hold whole clips of {clip} frames\nhint: write a multiple of {clip}, such as --{what} {}",
+                    (number / clip).max(1) * clip
+                )));
             }
         }
         let mut formats: Vec<String> = tables.map(|table| table.name().to_owned()).collect();
@@ -126,11 +129,10 @@ impl Manifest {
             fingerprint: String::new(),
         };
         if manifest.parts() > PARTS_MAX {
-            return Err(DatasetError::Parts {
-                frames,
-                per_part: manifest.frames_per_part,
-                limit: PARTS_MAX,
-            });
+            return Err(DatasetError::Refused(format!(
+                "{frames} frames with {} per part need more than {PARTS_MAX} parts\nhint: ask for fewer frames, or for more per part with --frames-per-part",
+                manifest.frames_per_part
+            )));
         }
         manifest.fingerprint = sha256(manifest.json().as_bytes());
         Ok(manifest)

@@ -2,7 +2,7 @@
 
 use crate::error::DatasetError;
 use crate::frames::{Frames, Labeled, Set};
-use crate::labels::CountsFrom;
+use crate::labels::{CountsFrom, Label};
 use crate::manifest::Manifest;
 use grideye_scene::count::single;
 use grideye_scene::{Scene, Simulator};
@@ -40,28 +40,8 @@ pub struct Part {
 pub struct AgentLabels {
     /// The agent's name.
     pub name: String,
-    /// Position on each axis, meters; `None` while absent.
-    pub position_m: [Vec<Option<f64>>; 3],
-    /// Whether the agent is present.
-    pub present: Vec<bool>,
-    /// Visible share of the agent, 0 to 1.
-    pub visibility: Vec<Option<f64>>,
-    /// How many pixels the agent would fill if nothing hid it.
-    pub pixels: Vec<Option<f64>>,
-    /// What the agent changes in the pixel where it changes most, °C.
-    pub contrast_c: Vec<Option<f64>>,
-    /// Whether the agent counts as in view.
-    pub counts: Vec<bool>,
-    /// Column and row of its middle, from the middle of the first pixel; `None` out of view.
-    pub center_px: [Vec<Option<f64>>; 2],
-    /// Left, top, right and bottom edge of its box, pixels; `None` out of view.
-    pub box_px: [Vec<Option<f64>>; 4],
-    /// A person's posture.
-    pub posture: Vec<Option<&'static str>>,
-    /// What a person does.
-    pub doing: Vec<Option<&'static str>>,
-    /// The agent's share of each pixel, frame by frame.
-    pub mask: Vec<f32>,
+    /// Its labels; `None` while it is absent.
+    pub labels: Vec<Option<Label>>,
 }
 
 /// One varying key, frame by frame.
@@ -108,7 +88,7 @@ impl Part {
     /// says so.
     ///
     /// # Errors
-    /// [`DatasetError::Scene`] if the scene has no such sensor.
+    /// [`DatasetError`] if the scene has no such sensor.
     pub fn of_scene(
         scene: &Scene,
         sensor: &str,
@@ -125,14 +105,17 @@ impl Part {
         let mut part = Self::of((sensor.columns, sensor.rows), &agents, Vec::new());
         for index in (0..frames).take_while(|_| goes_on()) {
             let moment = (index.into(), sensor.frame_time(index), seed);
-            part.add(&set.labeled(&agents, moment, CountsFrom::default()));
+            part.add(set.labeled(&agents, moment, CountsFrom::default()));
         }
         Ok(part)
     }
 
     /// No frames yet.
     fn of(size: (usize, usize), agents: &[String], varied: Vec<VariedColumn>) -> Self {
-        let agents = agents.iter().map(|name| AgentLabels::new(name.clone()));
+        let agents = agents.iter().map(|name| AgentLabels {
+            name: name.clone(),
+            labels: Vec::new(),
+        });
         Self {
             number: 0,
             size,
@@ -148,7 +131,7 @@ impl Part {
         }
     }
 
-    pub(crate) fn add(&mut self, labeled: &Labeled) {
+    pub(crate) fn add(&mut self, labeled: Labeled) {
         self.frame.push(labeled.index);
         self.clip.push(labeled.clip);
         self.people.push(labeled.people());
@@ -158,33 +141,8 @@ impl Part {
             .extend(labeled.celsius.iter().copied().map(single));
         self.truth_c
             .extend(labeled.truth_c.iter().copied().map(single));
-        let pixels = self.size.0 * self.size.1;
-        for (agent, label) in self.agents.iter_mut().zip(&labeled.agents) {
-            let label = label.as_ref();
-            agent.present.push(label.is_some());
-            for (axis, values) in agent.position_m.iter_mut().enumerate() {
-                values.push(label.map(|label| label.position_m[axis]));
-            }
-            agent.visibility.push(label.map(|label| label.visibility));
-            agent.pixels.push(label.map(|label| label.pixels));
-            agent.contrast_c.push(label.map(|label| label.contrast_c));
-            agent.counts.push(label.is_some_and(|label| label.counts));
-            for (axis, values) in agent.center_px.iter_mut().enumerate() {
-                values.push(label.and_then(|label| label.center_px).map(|at| at[axis]));
-            }
-            for (edge, values) in agent.box_px.iter_mut().enumerate() {
-                values.push(
-                    label
-                        .and_then(|label| label.box_px)
-                        .map(|edges| edges[edge]),
-                );
-            }
-            agent.posture.push(label.and_then(|label| label.posture));
-            agent.doing.push(label.and_then(|label| label.doing));
-            match label {
-                Some(label) => agent.mask.extend(label.mask.iter().copied().map(single)),
-                None => agent.mask.resize(agent.mask.len() + pixels, 0.0),
-            }
+        for (agent, label) in self.agents.iter_mut().zip(labeled.agents) {
+            agent.labels.push(label);
         }
         for (varied, value) in self.varied.iter_mut().zip(&labeled.varied) {
             match (&mut varied.values, value) {
@@ -193,25 +151,6 @@ impl Part {
                 (Scalars::Texts(texts), Value::Number(number)) => texts.push(number.to_string()),
                 (Scalars::Numbers(numbers), Value::Text(_)) => numbers.push(f64::NAN),
             }
-        }
-    }
-}
-
-impl AgentLabels {
-    const fn new(name: String) -> Self {
-        Self {
-            name,
-            position_m: [Vec::new(), Vec::new(), Vec::new()],
-            present: Vec::new(),
-            visibility: Vec::new(),
-            pixels: Vec::new(),
-            contrast_c: Vec::new(),
-            counts: Vec::new(),
-            center_px: [const { Vec::new() }; 2],
-            box_px: [const { Vec::new() }; 4],
-            posture: Vec::new(),
-            doing: Vec::new(),
-            mask: Vec::new(),
         }
     }
 }

@@ -25,8 +25,9 @@ impl Splits {
             let end = u64::try_from(floor(among * share / whole + 0.5)).unwrap_or(u64::MAX);
             let end = end.min(clips);
             if end == before {
-                let name = name.clone();
-                return Err(DatasetError::Split { name, clips });
+                return Err(DatasetError::Refused(format!(
+                    "the split `{name}` gets none of {clips} clips\nhint: ask for more frames, or give it a larger share"
+                )));
             }
             found.push((name.clone(), (end - before) * clip));
             before = end;

@@ -84,7 +84,7 @@ impl Work<'_> {
             if self.failed.load(Ordering::Relaxed) {
                 return Ok(());
             }
-            made.add(&maker.frame(index)?);
+            made.add(maker.frame(index)?);
             (self.after_each)();
         }
         self.folder.put(self.manifest, &made)

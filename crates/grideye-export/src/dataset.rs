@@ -6,7 +6,7 @@
 use crate::error::ExportError;
 use crate::npy::{self, Archive, header, tuple};
 use crate::parquet::{self, Column, Values};
-use grideye_dataset::{AgentLabels, Part, Scalars, Table};
+use grideye_dataset::{AgentLabels, Label as OfAgent, Part, Scalars, Table};
 use std::fmt::Write as _;
 use std::io::Write;
 use std::slice::from_ref;
@@ -20,44 +20,44 @@ enum Label<'a> {
     Text(&'a [String], usize),
     Image(&'a [f32]),
     /// Each agent's, with their columns' names.
-    Numbers(&'static [&'static str], OfAgent<[Vec<Option<f64>>]>),
-    Word(OfAgent<[Option<&'static str>]>),
-    Flag(OfAgent<[bool]>),
-    Mask(OfAgent<[f32]>),
+    Numbers(&'static [&'static str], fn(&OfAgent) -> Option<&[f64]>),
+    Word(fn(&OfAgent) -> Option<&'static str>),
+    Flag(fn(&OfAgent) -> bool),
+    Mask,
 }
 
-type OfAgent<T> = fn(&AgentLabels) -> &T;
-
 const OF_AGENTS: [(&str, Label<'static>); 11] = [
-    ("present", Label::Flag(|agent| &agent.present)),
+    ("present", Label::Flag(|_| true)),
     (
         "position_m",
-        Label::Numbers(&["x_m", "y_m", "z_m"], |agent| &agent.position_m),
+        Label::Numbers(&["x_m", "y_m", "z_m"], |of| Some(&of.position_m)),
     ),
     (
         "visibility",
-        Label::Numbers(&["visibility"], |agent| from_ref(&agent.visibility)),
+        Label::Numbers(&["visibility"], |of| Some(from_ref(&of.visibility))),
     ),
     (
         "pixels",
-        Label::Numbers(&["pixels"], |agent| from_ref(&agent.pixels)),
+        Label::Numbers(&["pixels"], |of| Some(from_ref(&of.pixels))),
     ),
     (
         "contrast_c",
-        Label::Numbers(&["contrast_c"], |agent| from_ref(&agent.contrast_c)),
+        Label::Numbers(&["contrast_c"], |of| Some(from_ref(&of.contrast_c))),
     ),
-    ("counts", Label::Flag(|agent| &agent.counts)),
+    ("counts", Label::Flag(|of| of.counts)),
     (
         "center_px",
-        Label::Numbers(&["column", "row"], |agent| &agent.center_px),
+        Label::Numbers(&["column", "row"], |of| Some(of.center_px.as_ref()?)),
     ),
     (
         "box_px",
-        Label::Numbers(&["left", "top", "right", "bottom"], |agent| &agent.box_px),
+        Label::Numbers(&["left", "top", "right", "bottom"], |of| {
+            Some(of.box_px.as_ref()?)
+        }),
     ),
-    ("posture", Label::Word(|agent| &agent.posture)),
-    ("doing", Label::Word(|agent| &agent.doing)),
-    ("mask", Label::Mask(|agent| &agent.mask)),
+    ("posture", Label::Word(|of| of.posture)),
+    ("doing", Label::Word(|of| of.doing)),
+    ("mask", Label::Mask),
 ];
 
 /// Characters of a posture, and of what a person does.
@@ -145,13 +145,24 @@ fn columns(part: &Part) -> Vec<Column> {
         }
         (Label::Text(texts, _), _) => Some(Values::Text(texts.to_vec())),
         (Label::Image(values), _) => Some(image(values)),
-        (Label::Mask(of), Some(agent)) => Some(image(of(agent))),
-        (Label::Flag(of), Some(agent)) => Some(Values::Flag(of(agent).to_vec())),
-        (Label::Word(of), Some(agent)) => {
-            let words = of(agent).iter().map(|word| word.map(str::to_owned));
+        (Label::Mask, Some(agent)) => {
+            let frames = agent.labels.iter();
+            Some(image(
+                &frames
+                    .flat_map(|of| mask(part, of.as_ref()))
+                    .collect::<Vec<_>>(),
+            ))
+        }
+        (Label::Flag(is), Some(agent)) => {
+            let flags = agent.labels.iter().map(|of| of.as_ref().is_some_and(is));
+            Some(Values::Flag(flags.collect()))
+        }
+        (Label::Word(word), Some(agent)) => {
+            let words = agent.labels.iter();
+            let words = words.map(|of| word(of.as_ref()?).map(str::to_owned));
             Some(Values::MaybeText(words.collect()))
         }
-        (Label::Numbers(..) | Label::Mask(_) | Label::Flag(_) | Label::Word(_), _) => None,
+        (Label::Numbers(..) | Label::Mask | Label::Flag(_) | Label::Word(_), _) => None,
     };
     let mut columns = Vec::new();
     let mut add = |name: String, values: Option<Values>| {
@@ -163,8 +174,10 @@ fn columns(part: &Part) -> Vec<Column> {
     for agent in &part.agents {
         for (name, label) in OF_AGENTS {
             if let Label::Numbers(names, of) = label {
-                for (name, values) in names.iter().zip(of(agent)) {
-                    let values = Values::Double(values.clone());
+                for (place, name) in names.iter().enumerate() {
+                    let frames = agent.labels.iter();
+                    let values = frames.map(|label| Some(of(label.as_ref()?)?[place]));
+                    let values = Values::Double(values.collect());
                     add(format!("agent.{}.{name}", agent.name), Some(values));
                 }
             }
@@ -276,7 +289,7 @@ impl Label<'_> {
     fn rank(&self) -> u8 {
         match self {
             Self::Whole(_) | Self::Number(_) | Self::Numbers(..) => 0,
-            Self::Image(_) | Self::Mask(_) => 1,
+            Self::Image(_) | Self::Mask => 1,
             Self::Word(_) | Self::Text(..) => 2,
             Self::Flag(_) => 3,
         }
@@ -288,7 +301,7 @@ impl Label<'_> {
         match self {
             Self::Whole(_) => ("<u8".to_owned(), 8),
             Self::Number(_) | Self::Numbers(..) => ("<f8".to_owned(), 8),
-            Self::Image(_) | Self::Mask(_) => ("<f4".to_owned(), 4),
+            Self::Image(_) | Self::Mask => ("<f4".to_owned(), 4),
             Self::Flag(_) => ("|b1".to_owned(), 1),
             Self::Word(_) => characters(WORD),
             Self::Text(_, longest) => characters(*longest),
@@ -303,7 +316,7 @@ impl Label<'_> {
             Self::Image(_) => vec![rows, columns],
             Self::Numbers([_], _) | Self::Word(_) | Self::Flag(_) => vec![agents],
             Self::Numbers(names, _) => vec![agents, names.len()],
-            Self::Mask(_) => vec![agents, rows, columns],
+            Self::Mask => vec![agents, rows, columns],
         }
     }
 
@@ -314,28 +327,37 @@ impl Label<'_> {
     /// Appends one frame's.
     fn put(&self, part: &Part, frame: usize, bytes: &mut Vec<u8>) {
         let pixels = part.size.0 * part.size.1;
-        let image = |bytes: &mut Vec<u8>, values: &[f32]| {
-            let values = &values[frame * pixels..][..pixels];
-            bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-        };
-        let agents = part.agents.iter();
+        let agents = part.agents.iter().map(|agent| agent.labels[frame].as_ref());
         match self {
             Self::Whole(values) => bytes.extend(values[frame].to_le_bytes()),
             Self::Number(values) => bytes.extend(values[frame].to_le_bytes()),
             Self::Text(texts, longest) => bytes.extend(npy::text(&texts[frame], *longest)),
-            Self::Image(values) => image(bytes, values),
-            Self::Numbers(_, of) => {
-                let values = agents.flat_map(of);
-                let values = values.map(|values| values[frame].unwrap_or(f64::NAN));
-                bytes.extend(values.flat_map(f64::to_le_bytes));
+            Self::Image(values) => {
+                let values = &values[frame * pixels..][..pixels];
+                bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+            }
+            Self::Numbers(names, of) => {
+                let value = |agent: Option<&OfAgent>, place| Some(of(agent?)?[place]);
+                for agent in agents {
+                    let values = (0..names.len()).map(|place| value(agent, place));
+                    bytes.extend(values.flat_map(|value| value.unwrap_or(f64::NAN).to_le_bytes()));
+                }
             }
             Self::Word(of) => agents.for_each(|agent| {
-                bytes.extend(npy::text(of(agent)[frame].unwrap_or_default(), WORD));
+                bytes.extend(npy::text(agent.and_then(of).unwrap_or_default(), WORD));
             }),
-            Self::Flag(of) => bytes.extend(agents.map(|agent| u8::from(of(agent)[frame]))),
-            Self::Mask(of) => agents.for_each(|agent| image(bytes, of(agent))),
+            Self::Flag(is) => bytes.extend(agents.map(|agent| u8::from(agent.is_some_and(is)))),
+            Self::Mask => {
+                let values = agents.flat_map(|agent| mask(part, agent));
+                bytes.extend(values.flat_map(f32::to_le_bytes));
+            }
         }
     }
+}
+
+/// An agent's share of each pixel: 0 while it is absent.
+fn mask(part: &Part, agent: Option<&OfAgent>) -> impl Iterator<Item = f32> {
+    (0..part.size.0 * part.size.1).map(move |pixel| agent.map_or(0.0, |of| of.mask[pixel]))
 }
 
 /// As Python's text in ASCII.

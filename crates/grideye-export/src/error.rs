@@ -9,29 +9,9 @@ use std::num::TryFromIntError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// More frames than a format holds in memory.
-    #[error(
-        "more than {frames_max} frames do not fit into such a file\nhint: write .parquet, which has no such limit"
-    )]
-    TooLong {
-        /// Frames of that size that fit.
-        frames_max: usize,
-    },
-    /// No frame to draw.
-    #[error(
-        "the recording holds no frame\nhint: all of its rows say that a frame is missing, or it has no rows"
-    )]
-    NoFrame,
-    /// An image of several sensors or boots.
-    #[error(
-        "the recording holds several streams, but an image shows only one\nhint: choose one with --sensor, for example --sensor {device}/{sensor}"
-    )]
-    SeveralStreams {
-        /// The device of one of the streams.
-        device: String,
-        /// The sensor of that stream.
-        sensor: String,
-    },
+    /// The frames do not fit the format: why, and a hint.
+    #[error("{0}")]
+    Frames(String),
     /// A row cannot be read, or exceeds a limit; the message comes from the reader.
     #[error("{0}")]
     Row(String),
@@ -76,9 +56,6 @@ impl ExportError {
     /// Whether the frames themselves are the cause, so that no other destination would help.
     #[must_use]
     pub const fn is_of_the_frames(&self) -> bool {
-        matches!(
-            self,
-            Self::TooLong { .. } | Self::NoFrame | Self::SeveralStreams { .. } | Self::Row(_)
-        )
+        matches!(self, Self::Frames(_) | Self::Row(_))
     }
 }

@@ -109,11 +109,11 @@ pub(crate) fn too_wide(found: usize, place: &str) -> ImportError {
     // A few numbers may stand beside the pixels of another sensor.
     let mut sizes = (0..4).map(|beside| found.saturating_sub(beside));
     match sizes.find(|pixels| is_known_size(*pixels)) {
-        Some(found) => ImportError::OtherSensor { found },
-        None => ImportError::Container {
-            expected: format!("at most {ROW_VALUES_MAX} values in a row"),
-            found: format!("{found} {place}"),
-            hint: "keep the columns of the time, of the 64 pixels and of what else is needed",
-        },
+        Some(found) => ImportError::other_sensor(found),
+        None => ImportError::unlike(
+            &format!("at most {ROW_VALUES_MAX} values in a row"),
+            format!("{found} {place}"),
+            "keep the columns of the time, of the 64 pixels and of what else is needed",
+        ),
     }
 }

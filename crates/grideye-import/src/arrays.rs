@@ -35,7 +35,7 @@ pub(crate) fn npy(bytes: Vec<u8>, allowance: &Allowance) -> Result<Made, ImportE
     let (rows, cells) = array.rows();
     let is_image = matches!(array.shape[..], [_, _] | [_, 4..=9_999, 4..=9_999]);
     if is_image && is_known_size(cells) {
-        return Err(ImportError::OtherSensor { found: cells });
+        return Err(ImportError::other_sensor(cells));
     }
     if cells < PIXELS || array.shape.len() > 3 && cells > PIXELS {
         return Err(wrong(
@@ -90,7 +90,7 @@ pub(crate) fn npz(
             let choices: Vec<String> = few()
                 .map(|(name, _)| format!("--columns pixels={name}"))
                 .collect();
-            return Err(ImportError::unclear(
+            return Err(ImportError::refused(
                 format!("several arrays may have frames: {}", told.join(", ")),
                 format!("convert one after the other: {}", choices.join(", ")),
             ));
@@ -344,10 +344,6 @@ fn entry<'h>(heading: &'h str, key: &str) -> Option<&'h str> {
     Some(rest[..end].trim_end())
 }
 
-fn wrong(expected: &str, found: impl Into<String>) -> ImportError {
-    ImportError::Container {
-        expected: expected.to_owned(),
-        found: found.into(),
-        hint: HINT,
-    }
+fn wrong(expected: &str, found: impl std::fmt::Display) -> ImportError {
+    ImportError::unlike(expected, found, HINT)
 }

@@ -159,7 +159,7 @@ impl FromStr for Columns {
 
     fn from_str(text: &str) -> Result<Self, ImportError> {
         let refused = |part: &str| {
-            ImportError::unclear(format!("expected ROLE=COLUMN, found {part:?}"), GRAMMAR)
+            ImportError::refused(format!("expected ROLE=COLUMN, found {part:?}"), GRAMMAR)
         };
         let mut columns = Self::default();
         for part in text.split(',') {

@@ -143,10 +143,9 @@ fn unpack_within(
     (depth, allowance): (usize, &Allowance),
 ) -> Result<Unpacked, ImportError> {
     let deeper = || {
-        let less = depth.checked_sub(1).ok_or(ImportError::Foreign {
-            found: "a file that is packed several times",
-            hint: PACKED_HINT,
-        });
+        let what = "this is a file that is packed several times";
+        let less = depth.checked_sub(1);
+        let less = less.ok_or_else(|| ImportError::refused(what, PACKED_HINT));
         less.map(|less| (less, allowance))
     };
     let mut head = head_of(&mut input)?;
@@ -160,7 +159,7 @@ fn unpack_within(
         return unpack_within(Box::new(unpacked), name, deeper()?);
     }
     if let Some((found, hint)) = foreign(&head) {
-        return Err(ImportError::Foreign { found, hint });
+        return Err(ImportError::refused(format!("this is {found}"), hint));
     }
     let is_workbook = head.starts_with(ZIP)
         && head
@@ -245,11 +244,11 @@ pub(crate) fn held(input: impl Read) -> Result<Vec<u8>, ImportError> {
     let read = input.take(HELD_BYTES_MAX + 1).read_to_end(&mut bytes);
     read.map_err(|error| ImportError::unread("the file as a whole", &error))?;
     match u64::try_from(bytes.len()).unwrap_or(u64::MAX) > HELD_BYTES_MAX {
-        true => Err(ImportError::Container {
-            expected: format!("at most {HELD_BYTES_MAX} bytes of a file that is read at once"),
-            found: "more".to_owned(),
-            hint: "save it in parts, or as CSV, which is read line by line",
-        }),
+        true => Err(ImportError::unlike(
+            &format!("at most {HELD_BYTES_MAX} bytes of a file that is read at once"),
+            "more",
+            "save it in parts, or as CSV, which is read line by line",
+        )),
         false => Ok(bytes),
     }
 }
@@ -260,10 +259,9 @@ fn unzip(
     name: &str,
     (depth, allowance): (usize, &Allowance),
 ) -> Result<Unpacked, ImportError> {
-    let damaged = |error: &dyn core::fmt::Display| ImportError::Container {
-        expected: "a whole archive".to_owned(),
-        found: error.to_string(),
-        hint: "copy it again, whole; numpy.savez and zip write what is read here",
+    let damaged = |error: &dyn core::fmt::Display| {
+        let hint = "copy it again, whole; numpy.savez and zip write what is read here";
+        ImportError::unlike("a whole archive", error, hint)
     };
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(&error))?;
     let is_file =
@@ -298,10 +296,8 @@ fn unzip(
         });
     }
     if names.iter().any(|name| name.starts_with("word/")) {
-        return Err(ImportError::Foreign {
-            found: "a document of Word (docx)",
-            hint: "save the numbers as text",
-        });
+        let what = "this is a document of Word (docx)";
+        return Err(ImportError::refused(what, "save the numbers as text"));
     }
     match &names[..] {
         [only] => {
@@ -309,7 +305,7 @@ fn unzip(
             let content = Box::new(Cursor::new(content(only)?));
             unpack_within(content, inner, (depth, allowance))
         }
-        _ => Err(ImportError::unclear(
+        _ => Err(ImportError::refused(
             format!("the archive has {} files", names.len()),
             match names.is_empty() {
                 true => "it must have a recording".to_owned(),

@@ -20,70 +20,13 @@ pub enum ImportError {
         /// What is still good.
         hint: &'static str,
     },
-    /// No row has the numbers of a frame.
-    #[error(
-        "expected rows of 64 numbers, found {found} at most\nhint: a frame is 64 numbers in a row, a list or eight lines of eight; {}",
-        sensor(*.found, *.lines)
-    )]
-    NoFrame {
-        /// The most numbers in a row.
-        found: usize,
-        /// How many rows have as many.
-        lines: usize,
-    },
-    /// Rows of more numbers than a frame has, all of one kind.
-    #[error(
-        "{found} numbers in a row, all of one kind, where a Grid-EYE has 64: as of an image that was interpolated\nhint: these are rows of an image that was interpolated, of which the 8 x 8 pixels cannot be had: record what the sensor gave"
-    )]
-    Interpolated {
-        /// The numbers in a row.
-        found: usize,
-    },
-    /// A file that is no recording.
-    #[error("this is {found}\nhint: {hint}")]
-    Foreign {
-        /// What it is.
-        found: &'static str,
-        /// How to make a recording of it.
-        hint: &'static str,
-    },
-    /// Frames of another size.
-    #[error(
-        "{found} pixels a frame, a Grid-EYE has 64 (8 x 8)\nhint: only recordings of 8 x 8 pixels are compared and converted; {}",
-        sensor_of(*.found)
-    )]
-    OtherSensor {
-        /// The pixels of a frame.
-        found: usize,
-    },
-    /// What the columns are cannot be told.
+    /// The file is no recording, or nobody can tell what its columns are: what, and what to do.
     #[error("{}\nhint: {}", printable(what), printable(hint))]
-    Unclear {
-        /// What is not clear.
+    Refused {
+        /// What is wrong.
         what: String,
-        /// What to say.
-        hint: String,
-    },
-    /// A file that becomes more than one of its size may.
-    #[error(
-        "{}: it becomes {bound}\nhint: if it is what you recorded, unpack it or save it as plain CSV, which is read line by line and may have any length",
-        printable(place)
-    )]
-    TooLarge {
-        /// Where.
-        place: String,
-        /// What a file of its size may become.
-        bound: String,
-    },
-    /// A file of a kind that is not read.
-    #[error("expected {expected}, found {}\nhint: {hint}", printable(found))]
-    Container {
-        /// What is read.
-        expected: String,
-        /// What is there.
-        found: String,
         /// What to do.
-        hint: &'static str,
+        hint: String,
     },
 }
 
@@ -93,10 +36,8 @@ impl ImportError {
         if error.kind() != io::ErrorKind::FileTooLarge {
             return Self::broken(place, error.to_string());
         }
-        Self::TooLarge {
-            place: place.into(),
-            bound: error.to_string(),
-        }
+        let hint = "if it is what you recorded, unpack it or save it as plain CSV, which is read line by line and may have any length";
+        Self::refused(format!("{}: it becomes {error}", place.into()), hint)
     }
 
     pub(crate) fn broken(place: impl Into<String>, found: impl Into<String>) -> Self {
@@ -115,12 +56,33 @@ impl ImportError {
         }
     }
 
-    pub(crate) const fn no_frame(found: usize, lines: usize) -> Self {
-        Self::NoFrame { found, lines }
+    /// No row has the numbers of a frame: the most in a row, and how many rows have as many.
+    pub(crate) fn no_frame(found: usize, lines: usize) -> Self {
+        let what = format!("expected rows of 64 numbers, found {found} at most");
+        let sensor = sensor(found, lines);
+        let hint =
+            format!("a frame is 64 numbers in a row, a list or eight lines of eight; {sensor}");
+        Self::refused(what, hint)
     }
 
-    pub(crate) fn unclear(what: impl Into<String>, hint: impl Into<String>) -> Self {
-        Self::Unclear {
+    /// Frames of so many pixels.
+    pub(crate) fn other_sensor(found: usize) -> Self {
+        let what = format!("{found} pixels a frame, a Grid-EYE has 64 (8 x 8)");
+        let sensor = sensor_of(found);
+        let hint = format!("only recordings of 8 x 8 pixels are compared and converted; {sensor}");
+        Self::refused(what, hint)
+    }
+
+    pub(crate) fn unlike(
+        expected: &str,
+        found: impl std::fmt::Display,
+        hint: impl Into<String>,
+    ) -> Self {
+        Self::refused(format!("expected {expected}, found {found}"), hint)
+    }
+
+    pub(crate) fn refused(what: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self::Refused {
             what: what.into(),
             hint: hint.into(),
         }

@@ -84,12 +84,12 @@ pub fn open(
     let is_session = head.starts_with(LINAIGE);
     let is_known = is_session || is_recording(&head);
     if let Some(found) = other_resolution(&head).filter(|_| is_known) {
-        return Err(ImportError::OtherSensor { found });
+        return Err(ImportError::other_sensor(found));
     }
     let said = &options.columns;
     let sheet = said.sheet.as_deref();
     if let (Some(sheet), false) = (sheet, is_workbook) {
-        return Err(ImportError::unclear(
+        return Err(ImportError::refused(
             format!("there is no sheet {sheet}"),
             "only a workbook (.xlsx) has sheets: leave sheet= out",
         ));
@@ -147,11 +147,12 @@ fn workbook(
     _said: &Columns,
     _allowance: &Allowance,
 ) -> Result<Box<dyn Rows + Send>, ImportError> {
-    Err(ImportError::Container {
-        expected: "a file that this build reads".to_owned(),
-        found: "a workbook".to_owned(),
-        hint: "save the sheet as CSV",
-    })
+    let expected = "a file that this build reads";
+    Err(ImportError::unlike(
+        expected,
+        "a workbook",
+        "save the sheet as CSV",
+    ))
 }
 
 fn recording(input: impl Read + Send + 'static) -> Result<Import, ImportError> {
@@ -188,7 +189,7 @@ fn told(
     let plan = Plan::of(rows.names(), &sample, &options.columns, rows.unit())?;
     let midnight_ns = midnight_ns(name);
     if is_session && midnight_ns.is_none() {
-        return Err(ImportError::unclear(
+        return Err(ImportError::refused(
             format!(
                 "file name {name:?}: expected a date as in Session2_2021-07-01_RoomB_v2.csv, found none"
             ),

@@ -46,7 +46,7 @@ pub(crate) struct Plan {
 
 impl Plan {
     /// # Errors
-    /// [`ImportError::Unclear`] with what to say, [`ImportError::OtherSensor`].
+    /// [`ImportError`] with what to say, frames of another size.
     pub(crate) fn of(
         names: Option<&[String]>,
         sample: &[RawRow],

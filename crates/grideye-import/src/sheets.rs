@@ -111,7 +111,7 @@ fn several(places: impl ExactSizeIterator<Item = usize>, names: &[String]) -> Im
         .take(NAMED_MAX)
         .map(|place| format!("--columns sheet={} ({})", place + 1, names[place]))
         .collect();
-    ImportError::unclear(what, format!("choose one: {}", choices.join(", ")))
+    ImportError::refused(what, format!("choose one: {}", choices.join(", ")))
 }
 
 /// By its name, or by its number from 1.
@@ -122,7 +122,7 @@ fn place_of(names: &[String], asked: &str) -> Result<usize, ImportError> {
     found.ok_or_else(|| {
         let known = names[..names.len().min(NAMED_MAX)].join(", ");
         let what = format!("there is no sheet {asked}");
-        ImportError::unclear(what, format!("the workbook has {known}"))
+        ImportError::refused(what, format!("the workbook has {known}"))
     })
 }
 
@@ -142,11 +142,9 @@ fn text_of(book: &mut Book, name: &str, allowance: &Allowance) -> Result<String,
             usize::try_from(column),
             column < COLUMNS_MAX && row_number < ROWS_MAX,
         ) else {
-            return Err(ImportError::Container {
-                expected: format!("at most {COLUMNS_MAX} columns and {ROWS_MAX} rows"),
-                found: format!("a larger one, {name}"),
-                hint: HINT,
-            });
+            let expected = format!("at most {COLUMNS_MAX} columns and {ROWS_MAX} rows");
+            let found = format!("a larger one, {name}");
+            return Err(ImportError::unlike(&expected, found, HINT));
         };
         if text.is_empty() {
             continue;
@@ -234,9 +232,5 @@ fn moment(time: &ExcelDateTime, is_1904: bool) -> Option<String> {
 }
 
 fn wrong(error: &dyn Display) -> ImportError {
-    ImportError::Container {
-        expected: "a whole workbook".to_owned(),
-        found: error.to_string(),
-        hint: HINT,
-    }
+    ImportError::unlike("a whole workbook", error, HINT)
 }

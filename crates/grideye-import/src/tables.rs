@@ -15,11 +15,7 @@ const HINT: &str = "a Parquet file has its directory at its end: copy the file a
 /// The rows, each read when it is asked for.
 pub(crate) fn rows(bytes: Vec<u8>, allowance: &Allowance) -> Result<Made, ImportError> {
     let wrong = |error: ParquetError| match allowance.take(0) {
-        Ok(()) => ImportError::Container {
-            expected: "a whole Parquet file".to_owned(),
-            found: error.to_string(),
-            hint: HINT,
-        },
+        Ok(()) => ImportError::unlike("a whole Parquet file", error, HINT),
         Err(error) => ImportError::unread("its pages", &error),
     };
     let bytes = Pages {

@@ -34,27 +34,18 @@ impl fmt::Display for Column {
 }
 
 impl Cell<'_> {
-    pub(crate) fn refused(&self, expected: impl Into<String>) -> RecordingError {
-        RecordingError::Cell {
-            line: self.line,
-            column: self.column.to_string(),
-            expected: expected.into(),
-            found: match self.text {
-                "" => "an empty cell".to_owned(),
-                text => quoted(text),
-            },
-        }
+    pub(crate) fn refused(&self, expected: impl AsRef<str>) -> RecordingError {
+        let found = match self.text {
+            "" => "an empty cell".to_owned(),
+            text => quoted(text),
+        };
+        RecordingError::cell(self.line, self.column, expected.as_ref(), &found)
     }
 
     pub(crate) fn name(&self) -> Result<String, RecordingError> {
         check_name(self.text)
             .map(|()| self.text.to_owned())
-            .map_err(|error| RecordingError::Cell {
-                line: self.line,
-                column: self.column.to_string(),
-                expected: NAME_RULE.to_owned(),
-                found: error.found,
-            })
+            .map_err(|error| RecordingError::cell(self.line, self.column, NAME_RULE, &error.found))
     }
 
     /// Digits only, up to [`COUNT_MAX`].

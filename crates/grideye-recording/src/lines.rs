@@ -59,11 +59,13 @@ impl<R: Read> Lines<R> {
                 text,
                 ended,
             })),
-            Err(error) => Err(RecordingError::NotText {
-                line,
-                column: error.valid_up_to() + 1,
-                byte: bytes.get(error.valid_up_to()).copied().unwrap_or_default(),
-            }),
+            Err(error) => {
+                let byte = bytes.get(error.valid_up_to()).copied().unwrap_or_default();
+                let column = error.valid_up_to() + 1;
+                let what =
+                    format!(": expected text in UTF-8, found byte {byte:#04x} at column {column}");
+                Err(RecordingError::refused(line, what))
+            }
         }
     }
 
@@ -78,10 +80,8 @@ impl<R: Read> Lines<R> {
             let newline = available.iter().position(|byte| *byte == b'\n');
             let taken = newline.map_or(available.len(), |place| place + 1);
             if self.buffer.len() + taken > LINE_BYTES_MAX {
-                return Err(RecordingError::LineTooLong {
-                    line,
-                    limit: LINE_BYTES_MAX,
-                });
+                let what = format!(": expected at most {LINE_BYTES_MAX} bytes, found more");
+                return Err(RecordingError::refused(line, what));
             }
             self.buffer
                 .extend_from_slice(available.get(..taken).unwrap_or(available));
@@ -109,11 +109,12 @@ impl<'l> Line<'l> {
             .nth(before - 1)
             .filter(|_| commas.count() == before + after - 1)
         else {
-            return Err(RecordingError::FieldCount {
-                line: self.number,
-                expected: before + after,
-                found: self.text.split(',').count(),
-            });
+            let found = self.text.split(',').count();
+            return Err(RecordingError::field_count(
+                self.number,
+                before + after,
+                found,
+            ));
         };
         let labels = self.text[at + 1..].split(',').map(str::to_owned).collect();
         let text = &self.text[..at];
@@ -140,11 +141,7 @@ impl<'l> Line<'l> {
         if found == N {
             Ok(fields)
         } else {
-            Err(RecordingError::FieldCount {
-                line: self.number,
-                expected: N,
-                found,
-            })
+            Err(RecordingError::field_count(self.number, N, found))
         }
     }
 }

@@ -24,10 +24,10 @@ impl Frames {
             let row = row?;
             let stream = only.get_or_insert_with(|| row.stream.clone());
             if *stream != row.stream {
-                return Err(ExportError::SeveralStreams {
-                    device: stream.device.clone(),
-                    sensor: stream.sensor.clone(),
-                });
+                return Err(ExportError::Frames(format!(
+                    "the recording holds several streams, but an image shows only one\nhint: choose one with --sensor, for example --sensor {}/{}",
+                    stream.device, stream.sensor
+                )));
             }
             if let Ok(pixels_c) = row.pixels_c {
                 let at_ns = row.stamp.t_boot_ns;
@@ -37,7 +37,8 @@ impl Frames {
             }
         }
         if frames.is_empty() {
-            return Err(ExportError::NoFrame);
+            let none = "the recording holds no frame\nhint: all of its rows say that a frame is missing, or it has no rows";
+            return Err(ExportError::Frames(none.to_owned()));
         }
         Ok(Self { size, frames })
     }

@@ -132,7 +132,9 @@ pub(super) fn check_length(frames: usize, size: (usize, usize)) -> Result<(), Ex
     if frames <= frames_max {
         return Ok(());
     }
-    Err(ExportError::TooLong { frames_max })
+    Err(ExportError::Frames(format!(
+        "more than {frames_max} frames do not fit into such a file\nhint: write .parquet, which has no such limit"
+    )))
 }
 
 /// Maximum bytes of frames in memory, with which an archive stays below the 4 GB of zip without extensions.

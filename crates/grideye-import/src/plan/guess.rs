@@ -124,7 +124,7 @@ impl Guess {
     pub(super) fn no_such(&self, name: &str) -> ImportError {
         let known: Vec<&str> = self.names.iter().take(8).map(String::as_str).collect();
         let what = format!("there is no column {name}");
-        ImportError::unclear(
+        ImportError::refused(
             what,
             format!(
                 "the {} columns begin with {}",

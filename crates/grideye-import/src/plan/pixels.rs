@@ -24,7 +24,7 @@ impl Guess {
             let mut families = match names::families(&self.own_names()) {
                 // Of two sensors, which is asked.
                 Err(found) if found == 2 * PIXELS => Vec::new(),
-                found => found.map_err(|found| ImportError::OtherSensor { found })?,
+                found => found.map_err(ImportError::other_sensor)?,
             };
             families.retain(|family| family.iter().all(|column| self.may_be_pixel(*column)));
             if let Some(family) = self.only(families)? {
@@ -68,7 +68,7 @@ impl Guess {
             .iter()
             .map(|family| format!("--columns pixels={}", first(family)))
             .collect();
-        Err(ImportError::unclear(
+        Err(ImportError::refused(
             format!(
                 "{} times 64 columns may be the pixels: those of {}",
                 families.len(),
@@ -122,7 +122,7 @@ impl Guess {
                 .iter()
                 .find(|(from, end)| end - from == longest)
                 .map_or(1, |(from, _)| from + 1);
-            return Err(ImportError::unclear(
+            return Err(ImportError::refused(
                 format!("{longest} numbers in a row: two frames, or the bytes of one"),
                 format!(
                     "take one sensor after the other: --columns pixels={first}-{}, then --columns pixels={}-{}; bytes must be joined to words, the low one first",
@@ -137,9 +137,7 @@ impl Guess {
             let known = (0..4)
                 .map(|beside| longest - beside)
                 .find(|pixels| is_known_size(*pixels));
-            return Err(ImportError::OtherSensor {
-                found: known.unwrap_or(longest),
-            });
+            return Err(ImportError::other_sensor(known.unwrap_or(longest)));
         }
         let mut fitting = Vec::new();
         for (from, end) in runs {
@@ -163,9 +161,12 @@ impl Guess {
                 Ok((first..first + PIXELS).collect())
             }
             // Beside a few columns it is a question; more of the same kind are an image that was interpolated.
-            [] if longest > PIXELS + BESIDE_MAX => {
-                Err(ImportError::Interpolated { found: longest })
-            }
+            [] if longest > PIXELS + BESIDE_MAX => Err(ImportError::refused(
+                format!(
+                    "{longest} numbers in a row, all of one kind, where a Grid-EYE has 64: as of an image that was interpolated"
+                ),
+                "these are rows of an image that was interpolated, of which the 8 x 8 pixels cannot be had: record what the sensor gave",
+            )),
             _ => Err(self.which_64(longest)),
         }
     }
@@ -183,7 +184,7 @@ impl Guess {
                 "--columns pixels=2-65 if the first is none, --columns pixels=1-64,label={longest} if the last is none"
             ),
         };
-        ImportError::unclear(
+        ImportError::refused(
             format!("which 64 of {longest} columns of numbers are the pixels is not clear"),
             format!("name them, and what else is known: {example}"),
         )

@@ -145,7 +145,7 @@ impl Scale {
 pub(super) fn ask(stamps: &[String], has_zone: bool) -> Result<(), ImportError> {
     let letters = stamps.iter().find_map(|text| zone_letters(text));
     if let Some(zone) = letters.filter(|_| !has_zone) {
-        return Err(ImportError::unclear(
+        return Err(ImportError::refused(
             format!("the times are in {zone}, and letters do not say how far that is from UTC"),
             "say it: --columns zone=+01:00, or --columns time=none takes the frames' rate",
         ));
@@ -155,7 +155,7 @@ pub(super) fn ask(stamps: &[String], has_zone: bool) -> Result<(), ImportError> 
         .first()
         .filter(|_| !stamps.is_empty() && stamps.iter().all(|text| is_two(&text)))
     {
-        return Err(ImportError::unclear(
+        return Err(ImportError::refused(
             format!(
                 "whether times like {text} are hours and minutes or minutes and seconds is not clear"
             ),
@@ -265,7 +265,7 @@ impl Guess {
             return self.no_time(said);
         }
         let order = self.order.map_err(|()| {
-            ImportError::unclear(
+            ImportError::refused(
                 "whether the day or the month comes first in the dates is not clear",
                 "write them as 2021-07-01, or take the frames' rate: --columns time=none",
             )
@@ -299,7 +299,7 @@ impl Guess {
             && time.scale == Some(Scale::Since(9))
             && names::is_coarse(&self.names[last])
         {
-            return Err(ImportError::unclear(
+            return Err(ImportError::refused(
                 format!(
                     "the times of {} are not in seconds or a part of them",
                     self.names[last]
@@ -314,13 +314,13 @@ impl Guess {
     fn spread(&mut self, mut time: Time, has_others: bool) -> Result<Option<Time>, ImportError> {
         let times = times(self.first_stream(), &time);
         if time.scale.is_some_and(|scale| scale.is_set_between(&times)) {
-            return Err(ImportError::unclear(
+            return Err(ImportError::refused(
                 "the clock was set during the recording: the times begin near 0 and go on since 1970",
                 "cut the file there, or take the frames' rate: --columns time=none --rate 10",
             ));
         }
         if times.len() > 2 && times.windows(2).all(|pair| pair[1] < pair[0]) {
-            return Err(ImportError::unclear(
+            return Err(ImportError::refused(
                 "the times go backwards: the last frame comes first",
                 "turn the file around (tac), or take its order and the frames' rate: --columns time=none --rate 10",
             ));
@@ -328,7 +328,7 @@ impl Guess {
         match Repeats::of(&times) {
             Repeats::None => {}
             Repeats::Spread(..) if has_others && time.scale.is_some_and(Scale::is_utc) => {
-                return Err(ImportError::unclear(
+                return Err(ImportError::refused(
                     "the time is in two columns, of which one has the parts of a second",
                     "write it into one, or take the frames' rate: --columns time=none --rate 10",
                 ));
@@ -375,7 +375,7 @@ impl Guess {
         });
         match (is_said, example) {
             (false, None) => Ok(None),
-            (_, example) => Err(ImportError::unclear(
+            (_, example) => Err(ImportError::refused(
                 match example {
                     Some(text) => {
                         format!("the column of the time holds no times that are read, but {text:?}")

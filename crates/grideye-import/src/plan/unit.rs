@@ -39,7 +39,7 @@ type Told = (Unit, Option<String>);
 
 impl Sample {
     /// # Errors
-    /// [`ImportError::Unclear`] with the options that answer.
+    /// [`ImportError`] with the options that answer.
     pub(super) fn tell(&self, named: Option<Unit>) -> Result<Told, ImportError> {
         let mut values: Vec<f64> = self
             .frames
@@ -291,7 +291,7 @@ fn ask(what: &str, units: &[Unit]) -> ImportError {
         true => "take the numbers that the sensor gave, or write them in °C; --columns unit=UNIT says one all the same".to_owned(),
         false => format!("say the unit if you know it: {}", options.join(" or ")),
     };
-    ImportError::unclear(what, hint)
+    ImportError::refused(what, hint)
 }
 
 #[expect(

@@ -277,7 +277,7 @@ fn is_behind(
     match before {
         0 => Ok(false),
         rows if rows % per_frame == 0 => Ok(true),
-        _ => Err(ImportError::unclear(
+        _ => Err(ImportError::refused(
             format!(
                 "whether the lines with {name:?} belong to the frame before or behind them is not clear"
             ),

@@ -214,13 +214,13 @@ fn borders(sample: &[BlockRow], is_all: bool) -> Result<Vec<Gap>, ImportError> {
         .max_by_key(|(length, count)| (*count, *length == ROWS));
     match most {
         Some((ROWS, _)) => Ok(regular),
-        Some((other, _)) => Err(ImportError::unclear(
+        Some((other, _)) => Err(ImportError::refused(
             format!(
                 "most groups of lines of {COLUMNS} numbers have {other} lines, where a frame of a Grid-EYE has {ROWS}"
             ),
             "if each eight lines are a frame, say which row of a frame the first line has: --columns first-row=N, N from 1 to 8",
         )),
-        None => Err(ImportError::unclear(
+        None => Err(ImportError::refused(
             format!("nothing marks where a frame begins in lines of {COLUMNS} numbers"),
             "if each eight lines are a frame and none lacks, say which row of a frame the first line has: --columns first-row=N, N from 1 to 8; better print a blank line between frames",
         )),

@@ -126,7 +126,7 @@ impl Layout {
         self.columns = wide.map(|row| row.len()).max().unwrap_or(0);
         self.name_columns(head, self.columns);
         if texts.iter().any(|text| list_in(self.split(text).0)) {
-            return Err(ImportError::unclear(
+            return Err(ImportError::refused(
                 "lines have more than one list of numbers",
                 "take one of them to a line, and convert one after the other; --columns says what is in a line",
             ));
@@ -149,7 +149,7 @@ impl Layout {
                 >= PIXELS
         };
         if texts.iter().any(|text| is_mask(text)) {
-            return Err(ImportError::unclear(
+            return Err(ImportError::refused(
                 "the pixels are true or false: a mask, no temperatures",
                 "record the numbers; of a mask nothing is read, whatever --columns says",
             ));

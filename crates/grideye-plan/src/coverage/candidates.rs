@@ -77,7 +77,7 @@ const STANDOFF_M: f64 = 0.02;
 /// The candidates of a room, each a sensor like `like`: ceiling first, then walls and corners; none inside furniture.
 ///
 /// # Errors
-/// [`CoverageError::Value`], [`CoverageError::TooManyCandidates`], [`CoverageError::NoCandidates`].
+/// [`CoverageError`] for invalid numbers, and for no or too many poses.
 pub fn candidates(
     survey: &Survey,
     mounts: &Mounts,
@@ -91,7 +91,9 @@ pub fn candidates(
         }
         for (elevation_deg, azimuth_deg) in directions(&place, mounts, like) {
             if candidates.len() == limits::CANDIDATES_MAX {
-                return Err(CoverageError::TooManyCandidates(limits::CANDIDATES_MAX + 1));
+                return Err(CoverageError::too_many_candidates(
+                    limits::CANDIDATES_MAX + 1,
+                ));
             }
             candidates.push(place.candidate(like, elevation_deg, azimuth_deg));
         }
@@ -278,7 +280,7 @@ fn places(room: &Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageError> {
             between_m,
         });
         if places.len() > limits::CANDIDATES_MAX {
-            return Err(CoverageError::TooManyCandidates(places.len()));
+            return Err(CoverageError::too_many_candidates(places.len()));
         }
         Ok(())
     };
@@ -379,7 +381,7 @@ fn check(mounts: &Mounts) -> Result<(), CoverageError> {
         if let Some(wrong) = wrong {
             let hint = "tilts count from straight down, angles on walls from horizontal and from straight into the room";
             let (found, expected) = (format!("{wrong}°"), format!("{low}° to 90°"));
-            return Err(CoverageError::value(what, &found, expected, hint));
+            return Err(CoverageError::value(what, &found, &expected, hint));
         }
     }
     let heights = mounts.wall_heights_m.iter();

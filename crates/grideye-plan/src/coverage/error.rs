@@ -7,76 +7,32 @@ use grideye_scene::SceneError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CoverageError {
-    /// The cells are too fine for the room.
-    #[error(
-        "{} cells of the floor, expected at most {}\nhint: choose larger cells",
-        .0,
-        limits::CELLS_MAX
-    )]
-    TooManyCells(usize),
-    /// There are too many poses.
-    #[error(
-        "{} candidate poses, expected at most {}\nhint: choose a wider spacing, or fewer tilts, headings and heights",
-        .0,
-        limits::CANDIDATES_MAX
-    )]
-    TooManyCandidates(usize),
-    /// There are too many pairs of a pose and a cell.
-    #[error(
-        "{poses} poses times {cells} cells are {} pairs, expected at most {}\nhint: choose a wider spacing of the poses, or larger cells",
-        poses.saturating_mul(*cells),
-        limits::PAIRS_MAX
-    )]
-    TooManyPairs {
-        /// The number of poses.
-        poses: usize,
-        /// Cells of the floor inside the room.
-        cells: usize,
-    },
+    /// Too much is asked for, or a value is invalid: a sentence and a hint.
+    #[error("{0}")]
+    Refused(String),
     /// There is no pose.
     #[error(
         "no candidate pose is in the room\nhint: choose a narrower spacing, or heights below the ceiling"
     )]
     NoCandidates,
-    /// The person fits nowhere.
-    #[error(
-        "there is no place for {0}: furniture or walls are everywhere\nhint: choose smaller cells or a smaller person"
-    )]
-    NoPlace(String),
-    /// A length, an angle or a count is invalid.
-    #[error("{what} is {found}, expected {expected}\nhint: {hint}")]
-    Value {
-        /// The name of the value.
-        what: &'static str,
-        /// The value.
-        found: String,
-        /// The allowed values.
-        expected: String,
-        /// What to do.
-        hint: &'static str,
-    },
-    /// A sensor without noise would see everything.
-    #[error("sensor `{0}` has no noise to compare with\nhint: give it a noise_sigma_c above 0")]
-    NoNoise(String),
     /// A scene, a preset or a sensor cannot be simulated.
     #[error(transparent)]
     Scene(#[from] SceneError),
 }
 
 impl CoverageError {
-    pub(crate) fn value(
-        what: &'static str,
-        found: &impl ToString,
-        expected: impl Into<String>,
-        hint: &'static str,
-    ) -> Self {
-        let (found, expected) = (found.to_string(), expected.into());
-        Self::Value {
-            what,
-            found,
-            expected,
-            hint,
-        }
+    pub(crate) fn value(what: &str, found: &impl ToString, expected: &str, hint: &str) -> Self {
+        let found = found.to_string();
+        Self::Refused(format!(
+            "{what} is {found}, expected {expected}\nhint: {hint}"
+        ))
+    }
+
+    pub(crate) fn too_many_candidates(found: usize) -> Self {
+        Self::Refused(format!(
+            "{found} candidate poses, expected at most {}\nhint: choose a wider spacing, or fewer tilts, headings and heights",
+            limits::CANDIDATES_MAX
+        ))
     }
 }
 
@@ -90,7 +46,7 @@ pub(crate) fn check_count(
         return Ok(());
     }
     let expected = format!("1 to {limit}");
-    Err(CoverageError::value(what, &found, expected, hint))
+    Err(CoverageError::value(what, &found, &expected, hint))
 }
 
 /// Checks that a length is at least a millimeter.

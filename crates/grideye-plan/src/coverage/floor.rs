@@ -93,7 +93,10 @@ impl Floor {
         let count = (size / grain.cell_m).round().max(DVec2::ONE);
         if count.x * count.y > count::float(limits::CELLS_MAX) {
             let found = count::floor(count.x * count.y);
-            return Err(CoverageError::TooManyCells(found));
+            return Err(CoverageError::Refused(format!(
+                "{found} cells of the floor, expected at most {}\nhint: choose larger cells",
+                limits::CELLS_MAX
+            )));
         }
         let counts = USizeVec2::new(count::floor(count.x), count::floor(count.y));
         let builder = Builder {

@@ -60,7 +60,7 @@ const SWEEPS_MAX: usize = 2;
 /// is done and the whole, in steps of about equal time.
 ///
 /// # Errors
-/// [`CoverageError::Value`], [`CoverageError::NoCandidates`], and those of [`Survey::look`].
+/// [`CoverageError::NoCandidates`], an invalid wish, and those of [`Survey::look`].
 pub fn search(
     survey: &Survey,
     (candidates, mounts): (&[Candidate], &Mounts),

@@ -54,7 +54,7 @@ impl Survey {
     /// A survey of the scene's room for a person.
     ///
     /// # Errors
-    /// [`CoverageError::Value`], [`CoverageError::TooManyCells`], [`CoverageError::NoPlace`].
+    /// [`CoverageError`] for invalid or too many cells, and if the person fits nowhere.
     pub fn new(scene: &Scene, figure: &Figure, grain: &Grain) -> Result<Self, CoverageError> {
         check(grain)?;
         let empty = scene.without_agents().with_sensors(Vec::new());
@@ -62,7 +62,10 @@ impl Survey {
         let stands = figure.in_room(&empty, &grain.turns_deg());
         let floor = Floor::new(&empty, &blockers, &stands, grain)?;
         if floor.places() == 0 {
-            return Err(CoverageError::NoPlace(figure.name().to_owned()));
+            return Err(CoverageError::Refused(format!(
+                "there is no place for {}: furniture or walls are everywhere\nhint: choose smaller cells or a smaller person",
+                figure.name()
+            )));
         }
         Ok(Self {
             empty,
@@ -90,8 +93,7 @@ impl Survey {
     /// What each sensor sees, independent of the number of threads; `after_each` is called after each look.
     ///
     /// # Errors
-    /// [`CoverageError::NoCandidates`], [`CoverageError::TooManyCandidates`], [`CoverageError::TooManyPairs`], and
-    /// those of [`Self::look`].
+    /// [`CoverageError::NoCandidates`], too many poses, and those of [`Self::look`].
     pub fn look_all(
         &self,
         sensors: &[Sensor],
@@ -110,7 +112,7 @@ impl Survey {
     /// What one sensor sees.
     ///
     /// # Errors
-    /// [`CoverageError::NoNoise`], or the reason why the sensor cannot be simulated.
+    /// The sensor has no noise, or the reason why the sensor cannot be simulated.
     pub fn look(&self, sensor: &Sensor) -> Result<Look, CoverageError> {
         let mut eye = self.eye(sensor)?;
         eye.round.clone_from(&self.figure.round);
@@ -139,7 +141,10 @@ impl Survey {
 
     fn eye(&self, sensor: &Sensor) -> Result<Eye, CoverageError> {
         if sensor.noise_sigma <= 0.0 {
-            return Err(CoverageError::NoNoise(sensor.name.clone()));
+            return Err(CoverageError::Refused(format!(
+                "sensor `{}` has no noise to compare with\nhint: give it a noise_sigma_c above 0",
+                sensor.name
+            )));
         }
         let scene = self.empty.with_sensors(vec![sensor.clone()]);
         let simulator = Simulator::new(&scene, &sensor.name)?;
@@ -173,7 +178,7 @@ impl Survey {
             return Err(CoverageError::NoCandidates);
         }
         if sensors > limits::CANDIDATES_MAX {
-            return Err(CoverageError::TooManyCandidates(sensors));
+            return Err(CoverageError::too_many_candidates(sensors));
         }
         let inside = self
             .floor
@@ -181,11 +186,12 @@ impl Survey {
             .iter()
             .filter(|cell| cell.kind != Kind::Outside);
         let cells = inside.count();
-        if sensors.saturating_mul(cells) > limits::PAIRS_MAX {
-            return Err(CoverageError::TooManyPairs {
-                poses: sensors,
-                cells,
-            });
+        let pairs = sensors.saturating_mul(cells);
+        if pairs > limits::PAIRS_MAX {
+            return Err(CoverageError::Refused(format!(
+                "{sensors} poses times {cells} cells are {pairs} pairs, expected at most {}\nhint: choose a wider spacing of the poses, or larger cells",
+                limits::PAIRS_MAX
+            )));
         }
         Ok(())
     }

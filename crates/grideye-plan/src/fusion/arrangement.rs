@@ -34,11 +34,10 @@ pub(super) fn check_alike(first: &Sensor, sensors: &[&Sensor]) -> Result<(), Arr
             ),
         ];
         if let Some((what, _)) = differences.into_iter().find(|(_, differs)| *differs) {
-            return Err(ArrayError::Unlike {
-                name: sensor.name.clone(),
-                first: first.name.clone(),
-                what,
-            });
+            return Err(ArrayError(format!(
+                "sensor `{}` differs from `{}` in {what}\nhint: an array needs equal sensors that look the same way; name them with --sensors",
+                sensor.name, first.name
+            )));
         }
     }
     Ok(())
@@ -75,17 +74,18 @@ pub(super) fn axis(
     if !(is_even && is_eq_7) {
         let rounded = |meters: f64| (meters * 1e5).round() / 100.0;
         let first_m = different.get(1).map_or(0.0, |second| second - low);
-        return Err(ArrayError::Spacing {
-            direction,
-            spacing_mm: rounded(if is_even { spacing_m } else { first_m }),
-            expected_mm: rounded(axis.spacing_by_eq_7_m),
-            distance_mm: rounded(distance_m),
-            factor,
-        });
+        return Err(ArrayError(format!(
+            "sensors are {} mm apart {direction}, expected {} mm at an operating distance of {} mm for a factor of {factor} (Eq. 7)\nhint: move the sensors, or set operating_distance_mm to their intended distance",
+            rounded(if is_even { spacing_m } else { first_m }),
+            rounded(axis.spacing_by_eq_7_m),
+            rounded(distance_m)
+        )));
     }
     let cells = pixels.saturating_mul(factor).saturating_add(sensors - 1);
     if cells > CELLS_PER_AXIS_MAX {
-        return Err(ArrayError::TooManyCells { cells });
+        return Err(ArrayError(format!(
+            "{cells} cells on one axis, expected at most {CELLS_PER_AXIS_MAX}\nhint: place fewer sensors, or farther apart"
+        )));
     }
     Ok(axis)
 }
@@ -117,11 +117,12 @@ pub(super) fn check_full(
     if sorted.len() == places.len() && places.len() == across.sensors * down.sensors {
         return Ok(());
     }
-    Err(ArrayError::NoGrid {
-        sensors: places.len(),
-        across: across.sensors,
-        down: down.sensors,
-    })
+    Err(ArrayError(format!(
+        "{} sensors are not in a grid of {} x {} places\nhint: Eq. 7 needs sensors in rows and columns, all equally far apart",
+        places.len(),
+        across.sensors,
+        down.sensors
+    )))
 }
 
 pub(super) fn middle(offsets: &[f64]) -> f64 {

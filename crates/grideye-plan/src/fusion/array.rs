@@ -41,9 +41,10 @@ impl SensorArray {
         let first = match sensors {
             [first, ..] if sensors.len() <= SENSORS_MAX => *first,
             _ => {
-                return Err(ArrayError::Count {
-                    found: sensors.len(),
-                });
+                return Err(ArrayError(format!(
+                    "{} sensors, expected 1 to {SENSORS_MAX}\nhint: name the sensors of the array with --sensors",
+                    sensors.len()
+                )));
             }
         };
         check_alike(first, sensors)?;

@@ -41,35 +41,9 @@ pub struct Distance {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SeparationError {
-    /// Fewer than two, or more than [`SITUATIONS_MAX`].
-    #[error(
-        "{found} situations, expected 2 to {SITUATIONS_MAX}\nhint: name the scene files of one room, one for each situation"
-    )]
-    Count {
-        /// The number of situations.
-        found: usize,
-    },
-    /// A scene's sensors differ from the first one's.
-    #[error(
-        "the sensors of {scene} are not those of {first}\nhint: situations are compared through the same sensors in the same places"
-    )]
-    OtherSensors {
-        /// The scene.
-        scene: String,
-        /// The first scene.
-        first: String,
-    },
-    /// A sensor without noise would distinguish everything.
-    #[error(
-        "sensor `{sensor}` has no noise to compare with\nhint: give it a noise_sigma_c above 0"
-    )]
-    NoNoise {
-        /// The sensor.
-        sensor: String,
-    },
-    /// The scenes have no sensors.
-    #[error("the scenes have no sensor\nhint: add [[sensor]] tables")]
-    NoSensor,
+    /// The situations or their sensors cannot be compared: a sentence and a hint.
+    #[error("{0}")]
+    Refused(String),
     /// A sensor cannot be simulated.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -83,30 +57,32 @@ pub fn separation(situations: &[(&str, &Scene)]) -> Result<Separation, Separatio
     let (first_name, first) = match situations {
         [first, _, ..] if situations.len() <= SITUATIONS_MAX => *first,
         _ => {
-            return Err(SeparationError::Count {
-                found: situations.len(),
-            });
+            return Err(SeparationError::Refused(format!(
+                "{} situations, expected 2 to {SITUATIONS_MAX}\nhint: name the scene files of one room, one for each situation",
+                situations.len()
+            )));
         }
     };
     for (name, scene) in situations {
         if scene.sensors() != first.sensors() {
-            return Err(SeparationError::OtherSensors {
-                scene: (*name).to_owned(),
-                first: first_name.to_owned(),
-            });
+            return Err(SeparationError::Refused(format!(
+                "the sensors of {name} are not those of {first_name}\nhint: situations are compared through the same sensors in the same places"
+            )));
         }
     }
     if first.sensors().is_empty() {
-        return Err(SeparationError::NoSensor);
+        let refused = "the scenes have no sensor\nhint: add [[sensor]] tables";
+        return Err(SeparationError::Refused(refused.to_owned()));
     }
     if let Some(quiet) = first
         .sensors()
         .iter()
         .find(|sensor| sensor.noise_sigma <= 0.0)
     {
-        return Err(SeparationError::NoNoise {
-            sensor: quiet.name.clone(),
-        });
+        return Err(SeparationError::Refused(format!(
+            "sensor `{}` has no noise to compare with\nhint: give it a noise_sigma_c above 0",
+            quiet.name
+        )));
     }
     let pictures = situations
         .iter()

@@ -85,21 +85,19 @@ impl Sequences {
                     sensor,
                     boot,
                 } = &row.stream;
-                return Err(RecordingError::NotAscending {
-                    line,
-                    stream: format!("{device} {sensor} {boot}"),
-                    previous: *last,
-                    found,
-                });
+                let what = format!(
+                    ", column seq: expected more than {last} in stream {device} {sensor} {boot}, found {found}\nhint: each frame appears once, in order; was the file joined from two?"
+                );
+                return Err(RecordingError::refused(line, what));
             }
             *last = found;
             return Ok(());
         }
         if self.0.len() == STREAMS_MAX {
-            return Err(RecordingError::TooManyStreams {
-                line,
-                limit: STREAMS_MAX,
-            });
+            let what = format!(
+                ": expected at most {STREAMS_MAX} streams in one recording, found one more\nhint: record fewer sensors at a time"
+            );
+            return Err(RecordingError::refused(line, what));
         }
         self.0.insert(row.stream.clone(), found);
         Ok(())

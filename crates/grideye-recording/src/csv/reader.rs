@@ -77,7 +77,8 @@ impl<R: Read> std::iter::FusedIterator for Reader<R> {}
 fn check_header<R: Read>(lines: &mut Lines<R>) -> Result<Vec<String>, RecordingError> {
     let header = header();
     let Some(line) = lines.next()? else {
-        return Err(RecordingError::Empty("device,sensor,boot,seq"));
+        let what = ": expected a header that begins with device,sensor,boot,seq, found nothing\nhint: the file is empty; its writer stopped before the header";
+        return Err(RecordingError::refused(1, what.to_owned()));
     };
     let rest = line
         .text
@@ -108,11 +109,12 @@ fn check_header<R: Read>(lines: &mut Lines<R>) -> Result<Vec<String>, RecordingE
         match (expected.next(), found.next()) {
             (Some(expected), Some(found)) if expected == found => field += 1,
             (expected, found) => {
-                return Err(RecordingError::UnknownHeader {
-                    field,
-                    expected: expected.unwrap_or("none: the line ends here").to_owned(),
-                    found: found.map_or("the end of the line".to_owned(), quoted),
-                });
+                let expected = expected.unwrap_or("none: the line ends here");
+                let found = found.map_or("the end of the line".to_owned(), quoted);
+                let what = format!(
+                    ", field {field}: expected the column name {expected}, found {found}\nhint: recordings/README.md states the columns of each layout"
+                );
+                return Err(RecordingError::refused(1, what));
             }
         }
     }

@@ -58,9 +58,7 @@ impl<W: Write> Writer<W> {
     /// [`RecordingError`] for a row that a [`Reader`](super::Reader) would reject; after [`RecordingError::Io`] every
     /// call fails.
     pub fn write(&mut self, row: &Row) -> Result<(), RecordingError> {
-        if let Some(line) = self.broken_at {
-            return Err(RecordingError::WriterBroken(line));
-        }
+        self.check_whole()?;
         let line = self.lines + 1;
         check_stream(line, &row.stream)?;
         check_count(line, "seq", row.record.seq)?;
@@ -79,17 +77,22 @@ impl<W: Write> Writer<W> {
     /// Flushes and returns the output.
     ///
     /// # Errors
-    /// [`RecordingError::Io`] if flushing fails, [`RecordingError::WriterBroken`] if an earlier row could not be
-    /// written.
+    /// [`RecordingError::Io`] if flushing fails, and an error if an earlier row could not be written.
     pub fn finish(mut self) -> Result<W, RecordingError> {
-        if let Some(line) = self.broken_at {
-            return Err(RecordingError::WriterBroken(line));
-        }
+        self.check_whole()?;
         let line = self.lines;
         self.output
             .flush()
             .map_err(|source| RecordingError::Io { line, source })?;
         Ok(self.output)
+    }
+
+    /// If writing an earlier row failed, the file ends there.
+    fn check_whole(&self) -> Result<(), RecordingError> {
+        let what = ": expected an intact file, found one with a failed last row";
+        self.broken_at.map_or(Ok(()), |line| {
+            Err(RecordingError::refused(line, what.to_owned()))
+        })
     }
 
     /// The output, for example to take its content; do not write to it.
@@ -136,12 +139,13 @@ fn check_count(line: u64, column: &str, count: u64) -> Result<(), RecordingError
     if count <= COUNT_MAX {
         return Ok(());
     }
-    Err(RecordingError::Cell {
+    let expected = format!("an integer from 0 to {COUNT_MAX}");
+    Err(RecordingError::cell(
         line,
-        column: column.to_owned(),
-        expected: format!("an integer from 0 to {COUNT_MAX}"),
-        found: count.to_string(),
-    })
+        column,
+        &expected,
+        &count.to_string(),
+    ))
 }
 
 /// Appends the row without its newline. Writing to a `String` cannot fail.

@@ -220,13 +220,9 @@ fn an_endless_line_fails_at_the_limit() {
     // A reader that did not stop at its first error would never end: twenty items prove it.
     let items: Vec<_> = Reader::new(endless).unwrap().take(20).collect();
     assert_eq!(items.len(), golden::rows().len() + 1);
-    assert!(matches!(
-        items.last(),
-        Some(Err(RecordingError::LineTooLong {
-            line: 8,
-            limit: 4096
-        }))
-    ));
+    let last = items.last().unwrap().as_ref().unwrap_err();
+    let too_long = "line 8: expected at most 4096 bytes, found more";
+    assert_eq!(last.to_string(), too_long);
     let line_of = |bytes: usize| {
         let file = format!("{}\n{}\n", header(), "x".repeat(bytes - 1));
         Reader::new(file.as_bytes())
@@ -234,15 +230,11 @@ fn an_endless_line_fails_at_the_limit() {
             .next()
             .unwrap()
             .unwrap_err()
+            .to_string()
     };
-    assert!(matches!(line_of(4096), RecordingError::FieldCount { .. }));
-    assert!(matches!(
-        line_of(4097),
-        RecordingError::LineTooLong {
-            line: 2,
-            limit: 4096
-        }
-    ));
+    assert!(line_of(4096).starts_with("line 2: expected 74 fields, found 1"));
+    let too_long = "line 2: expected at most 4096 bytes, found more";
+    assert_eq!(line_of(4097), too_long);
     // The widest possible row is far shorter.
     let name = "x".repeat(64);
     let widest = Row {

@@ -379,9 +379,9 @@ pub fn calibrate(
     let loaded = Scene::parse_without_variants(text, origin, files)?;
     let unknowns = unknowns(&loaded.scene);
     if unknowns.is_empty() {
-        return Err(CalibrateError::NoUnknowns {
-            origin: origin.to_owned(),
-        });
+        return Err(CalibrateError::Refused(format!(
+            "{origin} marks no number to find\nhint: add an [[uncertain]] table, key = \"room.ambient_c\" and bounds = [15, 30] for example; those of keys without a number are for `grideye compare`; scenes/README.md describes them"
+        )));
     }
     check_resolution(&loaded.scene, sensor)?;
     check_bounds((text, origin), &unknowns, files)?;
@@ -418,9 +418,8 @@ fn check_resolution(scene: &Scene, sensor: &str) -> Result<(), CalibrateError> {
     if sensor.columns * sensor.rows == PIXELS && sensor.columns == sensor.rows {
         return Ok(());
     }
-    Err(CalibrateError::Resolution {
-        sensor: sensor.name.clone(),
-        columns: sensor.columns,
-        rows: sensor.rows,
-    })
+    Err(CalibrateError::Refused(format!(
+        "sensor `{}` has {} x {} pixels, and recordings have 8 x 8\nhint: choose another sensor of the scene",
+        sensor.name, sensor.columns, sensor.rows
+    )))
 }

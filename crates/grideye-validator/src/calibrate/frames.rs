@@ -34,11 +34,9 @@ impl Frames {
     ) -> Result<Self, CalibrateError> {
         let wanted = options.frames.unwrap_or(FRAMES_DEFAULT);
         if !(FRAMES_MIN..=FRAMES_MAX).contains(&wanted) {
-            return Err(CalibrateError::Frames {
-                found: wanted,
-                least: FRAMES_MIN,
-                most: FRAMES_MAX,
-            });
+            return Err(CalibrateError::Refused(format!(
+                "{wanted} frames requested, expected {FRAMES_MIN} to {FRAMES_MAX}\nhint: a few hundred frames are enough"
+            )));
         }
         check_order(records)?;
         let is_timed = |at_ns: u64| timeline.time(at_ns).is_some();
@@ -59,10 +57,10 @@ impl Frames {
             frames.retain(|(time, _)| (*time <= middle) == (half == Half::First));
         }
         if frames.len() < FRAMES_MIN {
-            return Err(CalibrateError::TooFewFrames {
-                found: frames.len(),
-                needed: FRAMES_MIN,
-            });
+            return Err(CalibrateError::Refused(format!(
+                "{} frames of the recording lie in the time of the scene, expected at least {FRAMES_MIN}\nhint: record longer, or set recording.start_s to when the recording begins",
+                frames.len()
+            )));
         }
         let chosen = evenly(frames.len(), wanted);
         let pattern = options.profile.as_ref().map_or(
@@ -121,7 +119,10 @@ fn check_order(records: &[Record]) -> Result<(), CalibrateError> {
     let read: Vec<&Record> = read.collect();
     let is_back = |pair: &&[&Record]| pair[1].stamp.t_boot_ns < pair[0].stamp.t_boot_ns;
     match read.windows(2).find(is_back) {
-        Some(pair) => Err(CalibrateError::TimeRunsBackwards { seq: pair[1].seq }),
+        Some(pair) => Err(CalibrateError::Refused(format!(
+            "the recording's clock runs backwards at frame {}\nhint: keep the rows before or after it",
+            pair[1].seq
+        ))),
         None => Ok(()),
     }
 }

@@ -229,16 +229,13 @@ pub(crate) fn check_bounds(
         for (value, which) in one.bounds.into_iter().zip(["lower", "upper"]) {
             let mut values: Vec<f64> = unknowns.iter().map(|one| one.value).collect();
             values[place] = value;
-            if let Err(source) =
-                Scene::parse_without_variants(&with_values(text, unknowns, &values), origin, files)
-            {
-                return Err(CalibrateError::Bound {
-                    key: one.key.clone(),
-                    which,
-                    value,
-                    source: Box::new(source),
-                });
-            }
+            let text = with_values(text, unknowns, &values);
+            Scene::parse_without_variants(&text, origin, files).map_err(|source| {
+                let key = &one.key;
+                CalibrateError::Refused(format!(
+                    "the {which} bound {value} of `{key}` is not valid in the scene: {source}"
+                ))
+            })?;
         }
     }
     Ok(())

@@ -196,39 +196,6 @@ pub enum CalibrateError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Apart(#[from] Apart),
-    #[error("the {which} bound {value} of `{key}` is not valid in the scene: {source}")]
-    Bound {
-        key: String,
-        which: &'static str,
-        value: f64,
-        source: Box<SceneError>,
-    },
-    #[error(
-        "{origin} marks no number to find\nhint: add an [[uncertain]] table, key = \"room.ambient_c\" and bounds = [15, 30] for example; those of keys without a number are for `grideye compare`; scenes/README.md describes them"
-    )]
-    NoUnknowns { origin: String },
-    #[error(
-        "sensor `{sensor}` has {columns} x {rows} pixels, and recordings have 8 x 8\nhint: choose another sensor of the scene"
-    )]
-    Resolution {
-        sensor: String,
-        columns: usize,
-        rows: usize,
-    },
-    #[error(
-        "{found} frames of the recording lie in the time of the scene, expected at least {needed}\nhint: record longer, or set recording.start_s to when the recording begins"
-    )]
-    TooFewFrames { found: usize, needed: usize },
-    #[error(
-        "the recording's clock runs backwards at frame {seq}\nhint: keep the rows before or after it"
-    )]
-    TimeRunsBackwards { seq: u64 },
-    #[error(
-        "{found} frames requested, expected {least} to {most}\nhint: a few hundred frames are enough"
-    )]
-    Frames {
-        found: usize,
-        least: usize,
-        most: usize,
-    },
+    #[error("{0}")]
+    Refused(String),
 }

@@ -90,10 +90,11 @@ pub(crate) fn check_frames(
     check_number(Side::Real, real.len())?;
     check_number(Side::Simulated, simulated.len())?;
     if protocol == Protocol::Dynamic && real.len() != simulated.len() {
-        return Err(ValidatorError::Unpaired {
-            real: real.len(),
-            simulated: simulated.len(),
-        });
+        return Err(ValidatorError::Refused(format!(
+            "{} real frames cannot be paired with {} simulated frames\nhint: simulate one frame at the time of each real frame, or use the static protocol",
+            real.len(),
+            simulated.len()
+        )));
     }
     for (index, frame) in real.iter().enumerate() {
         let later = frame.later.as_ref();
@@ -111,17 +112,17 @@ fn check_number(side: Side, found: usize) -> Result<(), ValidatorError> {
     match found {
         0 => Err(ValidatorError::NoFrames { side }),
         1..=FRAMES_MAX => Ok(()),
-        _ => Err(ValidatorError::TooManyFrames {
-            side,
-            limit: FRAMES_MAX,
-            found,
-        }),
+        _ => Err(ValidatorError::Refused(format!(
+            "{found} {side} frames, expected at most {FRAMES_MAX}\nhint: ask for fewer frames; they are chosen evenly over the recording"
+        ))),
     }
 }
 
 fn check_finite(side: Side, index: usize, celsius: &Pixels) -> Result<(), ValidatorError> {
     match celsius.iter().position(|value| !value.is_finite()) {
-        Some(pixel) => Err(ValidatorError::NotFinite { side, index, pixel }),
+        Some(pixel) => Err(ValidatorError::Refused(format!(
+            "pixel index {pixel} of {side} frame {index} is not a finite number\nhint: leave the frame out; record a missing frame as missing, never as NaN"
+        ))),
         None => Ok(()),
     }
 }

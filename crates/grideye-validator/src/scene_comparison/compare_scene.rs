@@ -234,11 +234,10 @@ fn check_resolution(simulator: &Simulator) -> Result<(), ValidatorError> {
     if (sensor.columns, sensor.rows) == (COLUMNS, ROWS) {
         return Ok(());
     }
-    Err(ValidatorError::Resolution {
-        sensor: sensor.name.clone(),
-        columns: sensor.columns,
-        rows: sensor.rows,
-    })
+    Err(ValidatorError::Refused(format!(
+        "sensor `{}` of the scene has {} x {} pixels, the recording has 8 x 8\nhint: compare with an 8 x 8 sensor of the scene",
+        sensor.name, sensor.columns, sensor.rows
+    )))
 }
 
 fn timed(
@@ -251,14 +250,17 @@ fn timed(
         .windows(2)
         .find(|pair| pair[1].boot_ns < pair[0].boot_ns);
     if let (Protocol::Dynamic, Some(pair)) = (protocol, backwards) {
-        return Err(ValidatorError::TimeRunsBackwards {
-            seq: pair[1].seq,
-            by: Duration::from_nanos(pair[0].boot_ns - pair[1].boot_ns),
-        });
+        return Err(ValidatorError::Refused(format!(
+            "time goes back by {:?} at frame {} of the recording\nhint: compare the parts before and after it separately",
+            Duration::from_nanos(pair[0].boot_ns - pair[1].boot_ns),
+            pair[1].seq
+        )));
     }
     let nothing = match read.is_empty() {
         true => ValidatorError::NoFrames { side: Side::Real },
-        false => ValidatorError::EndsBefore,
+        false => ValidatorError::Refused(
+            "the recording ends before the scene begins\nhint: give a later start".to_owned(),
+        ),
     };
     let mut timed = Vec::with_capacity(read.len());
     for Read {

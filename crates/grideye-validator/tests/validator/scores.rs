@@ -3,8 +3,8 @@
 use crate::toy::{Blob, PERSON, UNIT, Unit, recording, settings, simulation};
 use grideye_validator::metrics::Binning;
 use grideye_validator::{
-    Comparison, FRAMES_MAX, Measure, Protocol, RealFrame, SHUFFLES_MAX, Settings, Side,
-    SimulatedFrame, ValidatorError, Verdict, compare,
+    Comparison, FRAMES_MAX, Measure, Protocol, RealFrame, SHUFFLES_MAX, Settings, SimulatedFrame,
+    ValidatorError, Verdict, compare,
 };
 
 fn compare_static(real: &[Blob], claimed: &[Blob], unit: Unit, seed: u64) -> Comparison {
@@ -115,14 +115,9 @@ fn noise_is_found_and_counted_once_in_the_ceiling() {
 }
 
 #[track_caller]
-fn refused(
-    real: &[RealFrame],
-    simulated: &[SimulatedFrame],
-    settings: &Settings,
-    expected: &ValidatorError,
-) {
-    let error = compare(real, simulated, settings).unwrap_err();
-    assert_eq!(error.to_string(), expected.to_string());
+fn refused(real: &[RealFrame], simulated: &[SimulatedFrame], settings: &Settings, expected: &str) {
+    let error = compare(real, simulated, settings).unwrap_err().to_string();
+    assert_eq!(error.lines().next(), Some(expected));
 }
 
 #[test]
@@ -132,36 +127,18 @@ fn missing_and_too_many_frames_are_refused() {
         simulation(3, 1, |_| vec![PERSON]),
     );
     let fixed = settings(Protocol::Static);
-    refused(
-        &[],
-        &simulated,
-        &fixed,
-        &ValidatorError::NoFrames { side: Side::Real },
-    );
-    refused(
-        &real,
-        &[],
-        &fixed,
-        &ValidatorError::NoFrames {
-            side: Side::Simulated,
-        },
-    );
-    let unpaired = ValidatorError::Unpaired {
-        real: 3,
-        simulated: 2,
-    };
+    refused(&[], &simulated, &fixed, "no real frame to compare");
+    refused(&real, &[], &fixed, "no simulated frame to compare");
+    let unpaired = "3 real frames cannot be paired with 2 simulated frames";
     refused(
         &real,
         &simulated[..2],
         &settings(Protocol::Dynamic),
-        &unpaired,
+        unpaired,
     );
     let many = vec![real[0].clone(); FRAMES_MAX + 1];
-    let too_many = ValidatorError::TooManyFrames {
-        side: Side::Real,
-        limit: FRAMES_MAX,
-        found: FRAMES_MAX + 1,
-    };
+    let found = FRAMES_MAX + 1;
+    let too_many = format!("{found} real frames, expected at most {FRAMES_MAX}");
     refused(&many, &simulated, &fixed, &too_many);
     assert!(compare(&many[..FRAMES_MAX], &simulated[..1], &fixed).is_ok());
 }

@@ -31,7 +31,7 @@ impl<'a> Report<'a> {
     /// Combines the kept poses and what was chosen beside them.
     ///
     /// # Errors
-    /// [`CoverageError::Value`] for an invalid wish.
+    /// [`CoverageError`] for an invalid wish.
     pub fn new(
         (scene_name, scene): (String, &'a Scene),
         (survey, figure): (&'a Survey, &'a Figure),

@@ -39,7 +39,7 @@ fn invalid_floors_are_refused_by_name() {
     let giant = Person::new(2.8, 1.0, Posture::Stand, Clothing::INDOOR);
     let giant = Figure::new(giant);
     let error = Survey::new(&empty, &giant, &Grain::default()).unwrap_err();
-    assert!(matches!(error, CoverageError::NoPlace { .. }), "{error}");
+    assert_said(&error, "there is no place for a person");
 }
 
 #[test]
