@@ -4,7 +4,7 @@ use crate::geometry::{Enclosure, Mesh};
 use crate::model::{Agent, Body, Model, Print, Scene, SceneError, Sensor};
 use crate::picture::{Area, Filled, Form, Grid, Image, Mask, NOBODY, Physical, SeenFace, Subject};
 use crate::radiometry::Air;
-use crate::sensor::{add_noise, measure, quantize};
+use crate::sensor::{add_noise, measure, quantize, spilled};
 use glam::DVec3;
 use std::time::Duration;
 
@@ -132,7 +132,7 @@ impl Simulator {
         let image = Image {
             columns: self.sensor.columns,
             rows: self.sensor.rows,
-            celsius,
+            celsius: spilled(celsius, &self.sensor),
         };
         let filled = shares.into_iter().map(|[seen, unhidden]| Filled {
             seen: self.mask(seen),
@@ -165,6 +165,21 @@ impl Simulator {
         let (received, filled) = self.drawn(time, &self.agents, self.agents.len());
         let noisy = self.with_noise(received.clone(), time, seed);
         (self.detected(received), noisy, filled)
+    }
+
+    /// What stays in the frames of this seed's unit in the `empty` room: the image with the unit's pattern, rounded to
+    /// multiples of [`Sensor::step_c`] as the median of many frames is.
+    #[must_use]
+    pub fn background(&self, empty: &Image, seed: u64) -> Image {
+        let mut image = empty.clone();
+        if let Some(profile) = &self.sensor.profile {
+            let pattern_c = profile.fixed_pattern.of_unit(seed);
+            for (celsius, offset_c) in image.celsius.iter_mut().zip(pattern_c) {
+                *celsius += offset_c;
+            }
+        }
+        quantize(&mut image.celsius, self.sensor.step_c);
+        self.detected(image)
     }
 
     pub(crate) fn with_noise(&self, mut image: Image, time: Duration, seed: u64) -> Image {

@@ -15,7 +15,7 @@ use toml::de::DeTable;
 
 /// Ways tried for one person before all people start again, and how often they do.
 const WAYS_MAX: usize = 50;
-const STARTS_MAX: usize = 20;
+const STARTS_MAX: usize = 200;
 
 /// A person who does something.
 #[derive(Debug, Clone)]

@@ -314,7 +314,7 @@ fn mistakes_are_refused_with_what_to_write() {
         .unwrap_err()
         .to_string();
     assert!(
-        refused.starts_with("frame 0: no free way for `anna` to walk in 1000 tries\nhint: "),
+        refused.starts_with("frame 0: no free way for `anna` to walk in 10000 tries\nhint: "),
         "{refused}"
     );
 }

@@ -248,6 +248,8 @@ pub static SENSOR: Rows = Rows {
         "pixel_width_deg" Kind::ListOrOne(2, Within(0.01, 90.0)), "", "", "the full angle within which a pixel has more than half its response: about 8 for a Grid-EYE";
         "blur_deg" Kind::ListOrOne(2, Within(0.0, 90.0)), "", "", "the full width at half height of the point spread; 0 for none";
         "blur_px" Kind::ListOrOne(2, Within(0.0, 10.0)), "", "", "the full width at half height of the point spread, in pixels; 0 for none";
+        "spill" Kind::Number(Within(0.0, 1.0)), "", "", "the share of each pixel's response that its neighbors get instead; 0 for none, about 0.4 for a Grid-EYE";
+        "spill_px" Kind::Number(Within(0.1, 100.0)), "", "", "how far the spill reaches: the standard deviation of a Gaussian, in pixels; 1.2 if omitted";
         "profile" Kind::Text(stays_below), "", BELOW, BELOW_DOC;
         "step_c" Kind::Number(Within(0.0, 100.0)), "°C", "", "the Grid-EYE has steps of 0.25; 0 for none";
         "pixel_1" Kind::Word(&["top-left", "bottom-right"]), "", "", "where pixel 1 is in the image; a lens rotates an image but never mirrors it";

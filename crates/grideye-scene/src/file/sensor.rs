@@ -59,6 +59,8 @@ pub(crate) fn sensor(reader: &Reader<'_>, table: &Table<'_>, room: &Room) -> Rea
         optics: optics(table, (is_grid_eye, is_amg88))?,
         pixel_width_rad: axes("pixel_width_deg").map(radians),
         blur_rad: radians(blur_deg),
+        spill: table.number("spill").unwrap_or(0.0),
+        spill_px: table.number("spill_px").unwrap_or(SPILL_PX),
         profile,
         step_c: table.number("step_c").unwrap_or(0.0),
         name: name(table),
@@ -185,6 +187,9 @@ const PRESETS: [Preset; 3] = [
         sampling_hz: 8.7,
     },
 ];
+
+/// Fits two walkers under a sensor, see scenes/README.md.
+const SPILL_PX: f64 = 1.2;
 
 /// PeerJ CS 11:e3124, "Perceived temperature calculation": "default: 5 m".
 const OPERATING_MM: f64 = 5000.0;

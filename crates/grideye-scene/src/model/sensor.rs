@@ -45,6 +45,11 @@ pub struct Sensor {
     pub pixel_width_rad: Option<DVec2>,
     /// Full width at half height of its point spread on each axis, radians, 0 for sharp; in the physical model.
     pub blur_rad: DVec2,
+    /// The share of each pixel's response that its neighbors get, 0 to 1, and the standard deviation of how far, pixels:
+    /// what lens and chip scatter beyond the response that the optics describe.
+    pub spill: f64,
+    /// See [`Self::spill`].
+    pub spill_px: f64,
     /// The unit's profile, if any, which [`Simulator::noisy`](crate::Simulator::noisy) applies.
     pub profile: Option<Profile>,
     /// Noisy temperatures are multiples of this, °C; 0 for any.

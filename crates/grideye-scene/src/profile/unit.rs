@@ -113,7 +113,7 @@ impl Profile {
 }
 
 impl FixedPattern {
-    fn of_unit(&self, seed: u64) -> [f64; PIXELS] {
+    pub(crate) fn of_unit(&self, seed: u64) -> [f64; PIXELS] {
         let mut offset_c = self.offset_c;
         if self.spread_c > 0.0 {
             let mut unit = Draws::unit(seed);

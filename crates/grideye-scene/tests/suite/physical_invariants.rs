@@ -83,6 +83,50 @@ fn a_blur_keeps_the_energy_and_adds_its_width_in_squares() {
     assert_eq!(fine("blur_px = 0"), sharp);
 }
 
+/// The mean square of the distances grows by the share that goes astray times the square of how far.
+#[test]
+fn a_spill_keeps_the_warmth_and_an_even_image_even() {
+    let fine = |object: &str, spill: &str| {
+        pixels(&format!(
+            "{ROOM}{object}{}",
+            sensor(&format!(
+                "resolution = [41, 41]\nfov_deg = 12\npixel_width_deg = 0.8\n{spill}"
+            ))
+        ))
+    };
+    let spill = "spill = 0.3\nspill_px = 2.5";
+    let spot = sheet([0.01, -0.02], [0.06, 0.04], 2.0, 60.0, 1.0);
+    let moments = |celsius: Vec<f64>| {
+        let excess: Vec<f64> = celsius.iter().map(|celsius| celsius - 20.0).collect();
+        let total: f64 = excess.iter().sum();
+        let of = |power: i32, middle: f64| {
+            let column = |pixel: usize| (pixel % 41) as f64 - middle;
+            excess
+                .iter()
+                .enumerate()
+                .map(|(pixel, excess)| excess * column(pixel).powi(power))
+                .sum::<f64>()
+                / total
+        };
+        (total, of(1, 0.0), of(2, of(1, 0.0)))
+    };
+    let (sharp, spilled) = (moments(fine(&spot, "")), moments(fine(&spot, spill)));
+    assert!(
+        (spilled.0 / sharp.0 - 1.0).abs() < 1e-3,
+        "{spilled:?} {sharp:?}"
+    );
+    assert!((spilled.1 - sharp.1).abs() < 1e-2, "{spilled:?} {sharp:?}");
+    assert!(
+        ((spilled.2 - sharp.2) / (0.3 * 2.5 * 2.5) - 1.0).abs() < 0.01,
+        "{spilled:?} {sharp:?}"
+    );
+    assert!(
+        fine("", spill)
+            .iter()
+            .all(|celsius| (celsius - 20.0).abs() < 1e-9)
+    );
+}
+
 #[test]
 fn a_pinhole_has_even_steps_and_pixels_as_wide_as_a_step() {
     let pinhole = CEILING.replace("\"grid-eye\"", "\"grid-eye\"\noptics = \"pinhole\"");

@@ -12,7 +12,7 @@ const SPELLING_AND_TYPES: &[Case] = &[
     (
         "preset = \"grid-eye\"",
         "presset = \"grid-eye\"",
-        "room.toml:20:1: unknown field `presset`, expected one of `name`, `preset`, `position_mm`, `elevation_deg`, `azimuth_deg`, `roll_deg`, `tilt_deg`, `resolution`, `fov_deg`, `pixels_per_degree`, `noise_sigma_c`, `sampling_hz`, `operating_distance_mm`, `detectable_range_c`, `optics`, `pixel_width_deg`, `blur_deg`, `blur_px`, `profile`, `step_c`, `pixel_1`\n\
+        "room.toml:20:1: unknown field `presset`, expected one of `name`, `preset`, `position_mm`, `elevation_deg`, `azimuth_deg`, `roll_deg`, `tilt_deg`, `resolution`, `fov_deg`, `pixels_per_degree`, `noise_sigma_c`, `sampling_hz`, `operating_distance_mm`, `detectable_range_c`, `optics`, `pixel_width_deg`, `blur_deg`, `blur_px`, `spill`, `spill_px`, `profile`, `step_c`, `pixel_1`\n\
          hint: correct the spelling or remove the key; scenes/README.md describes every key",
     ),
     (
