@@ -8,6 +8,7 @@ import json
 import os
 import subprocess
 import sys
+import tomllib
 import types
 import zipfile
 from pathlib import Path
@@ -23,6 +24,7 @@ import pyarrow.parquet
 program, folder = sys.argv[1], Path(sys.argv[2])
 SCENE = "scenes/two-people.toml"
 FRAMES, PER_PART = 70, 30
+IMAGES = ["celsius", "truth_c", "empty_c", "excess_c"]
 
 
 def grideye(*arguments):
@@ -67,7 +69,7 @@ def check_hub(out, splits):
     archives = {name: [numpy.load(part) for part in sorted(out.glob(f"{'part' if len(splits) == 1 else name}-*.npz"))] for name in splits}
     for name, split in found.items():
         rows = split.with_format("numpy")[:]
-        for column in ["frame", "clip", "people", "celsius", "truth_c"]:
+        for column in ["frame", "clip", "people", *IMAGES, "clear"]:
             assert same(rows[column], numpy.concatenate([archive[column] for archive in archives[name]])), (name, column)
         assert rows["celsius"].shape[1:] == (8, 8) and rows["celsius"].dtype == "float32"
         agent = next(column for column in split.column_names if column.endswith(".mask"))
@@ -101,7 +103,8 @@ def check_readers(out, agents, varied, texts):
     for reader, columns in readers.items():
         for name, kind in kinds.items():
             assert same(numpy.array(columns[name], kind), arrays[name]), (reader, name)
-        for name in ["celsius", "truth_c"]:
+        assert same(numpy.array(columns["clear"], bool), arrays["clear"]), reader
+        for name in IMAGES:
             assert same(numpy.array(columns[name], "f4"), arrays[name]), (reader, name)
         for at, agent in enumerate(agents):
             label = lambda what: columns[f"agent.{agent}.{what}"]
@@ -125,7 +128,7 @@ def check_readers(out, agents, varied, texts):
             assert list(columns[f"vary.{name}"]) == list(arrays["vary_text"][:, at]), (reader, name)
     assert list(arrays["frame"]) == list(range(FRAMES)), "none lost, none twice"
     assert len(set(arrays["noise_seed"])) == FRAMES
-    assert len(names) == 7 + 17 * len(agents) + len(varied) + len(texts)
+    assert len(names) == 10 + 17 * len(agents) + len(varied) + len(texts)
     return arrays
 
 
@@ -150,6 +153,9 @@ def check_labels(arrays):
     # 2.5 pixels and 0.5 °C are the defaults of the help.
     counts = (sums >= 2.5) & (numpy.nan_to_num(arrays["contrast_c"]) >= 0.5)
     sure = numpy.abs(sums - 2.5) > 1e-5
+    unclear = ((sums >= 1) & (sums < 2.5)).any(axis=1)
+    steady = (sure & (numpy.abs(sums - 1) > 1e-5)).all(axis=1)
+    assert numpy.array_equal(~unclear[steady], arrays["clear"][steady])
     assert numpy.array_equal(counts[sure], arrays["counts"][sure])
     assert numpy.array_equal(arrays["people"], arrays["counts"].sum(axis=1))
 
@@ -198,13 +204,15 @@ assert set(arrays) - set(mapped[0].dtype.names) <= {"vary", "vary_text"}
 torch_frames, keras_batches = loaders()
 frames = torch_frames(records)
 assert len(frames) == FRAMES
+excess = arrays["excess_c"] - numpy.median(arrays["excess_c"], axis=(1, 2), keepdims=True)
 for number in range(FRAMES):
-    celsius, people = frames[number]
-    assert numpy.array_equal(celsius, arrays["celsius"][number]) and people == arrays["people"][number]
+    excess_c, people = frames[number]
+    assert numpy.array_equal(excess_c, excess[number]) and people == arrays["people"][number]
 batches = keras_batches(records, size=PER_PART)
 pairs = [batches[number] for number in range(len(batches))]
-assert numpy.array_equal(numpy.concatenate([pair[0] for pair in pairs])[..., 0], arrays["celsius"])
+assert numpy.array_equal(numpy.concatenate([pair[0] for pair in pairs])[..., 0], excess)
 assert numpy.array_equal(numpy.concatenate([pair[1] for pair in pairs]), arrays["people"])
+assert numpy.array_equal(numpy.concatenate([pair[2] for pair in pairs]), arrays["clear"])
 check_labels(arrays)
 
 del sys.modules["torch"], sys.modules["keras"]  # which it would take for the real ones
@@ -216,6 +224,34 @@ for preset, clip in [("counting", 1), ("falls", 10)]:
     options = ["--frames", "200", "--clip", str(clip), "--frames-per-part", "50", "--split", "train=0.7,validation=0.15,test=0.15"]
     grideye("dataset", "--preset", preset, *options, "--out", divided)
     check_hub(divided, {"train": 140, "validation": 30, "test": 30})
+    # What is taken off is the empty room with the unit's pattern, on the steps of the sensor.
+    pattern = numpy.reshape(tomllib.loads(Path("scenes/profiles/linaige.toml").read_text())["fixed_pattern"]["offset_c"], (8, 8))
+    for part in (numpy.load(file) for file in divided.glob("*.npz")):
+        assert (part["excess_c"] * 4 % 1 == 0).all()
+        assert numpy.abs(part["celsius"] - part["excess_c"] - part["empty_c"] - pattern).max() <= 0.125 + 1e-4
+        nobody = ~part["present"].any(axis=1)
+        assert numpy.array_equal(part["empty_c"][nobody], part["truth_c"][nobody])
+        assert not numpy.array_equal(part["empty_c"], part["truth_c"])
+
+# Another sensor, and another room: what goes with its temperature is told from the preset's.
+spread = {}
+for name, options in {
+    "preset": ["--vary", "room.ambient_c=25..27"],
+    "datasheet": ["--profile", "scenes/profiles/datasheet.toml"],
+    "own": ["--like", "recordings/linaige/Session3_2021-07-06_RoomA_v2.csv"],
+}.items():
+    out = folder / f"sensor-{name}"
+    grideye("dataset", "--preset", "counting", "--frames", "200", "--format", "npy", "--vary", "people=0", *options, "--out", out)
+    (part,) = (numpy.load(file) for file in out.glob("*.npy"))
+    excess = part["excess_c"] - numpy.median(part["excess_c"], axis=(1, 2), keepdims=True)
+    spread[name], room = excess.std(), part["vary.room.ambient_c"]
+    over = part["vary.object.sun patch.temperature_c"] - room
+    assert over.min() >= 2 and over.max() <= 6, "as the scene says"
+    if name == "preset":
+        assert room.min() >= 25 and room.max() <= 27
+# The profiles' sigmas are 0.33 and 0.18 °C; rounding to steps adds to both. The preset's was measured on this session.
+assert 0.32 < spread["preset"] < 0.42 and 0.16 < spread["datasheet"] < 0.24, spread
+assert abs(spread["own"] / spread["preset"] - 1) < 0.1, spread
 
 # With values that vary, the labels are what is seen: outside the masks nothing is warmer than the room.
 people = dataset(
@@ -230,7 +266,7 @@ check_labels(arrays)
 documented = {}
 with contextlib.chdir(folder):
     exec(hub, documented)
-assert same(documented["people"]["train"][:32]["celsius"], arrays["celsius"][:32])
+assert same(documented["people"]["train"][:32]["excess_c"], arrays["excess_c"][:32])
 ambient = arrays["vary"][:, 0][:, None, None]
 assert numpy.array_equal(arrays["vary"][:, 1:] == 1, arrays["present"])
 assert set(arrays["vary_text"][:, 0]) == {"A", "B"}
@@ -238,6 +274,7 @@ seen = arrays["mask"].sum(axis=1)
 warmer = arrays["truth_c"] - ambient
 assert numpy.abs(warmer[seen == 0]).max() < 1e-5 and (warmer[seen > 1e-3] > 0).all()
 absent = ~arrays["present"]
+assert all((arrays[name][absent] == 0).all() for name in ["pixels", "visibility", "contrast_c"])
 assert numpy.isnan(arrays["position_m"][absent]).all() and (arrays["mask"][absent] == 0).all()
 there = arrays["present"]
 sums = arrays["mask"].sum(axis=(2, 3))

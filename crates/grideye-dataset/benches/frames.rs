@@ -95,6 +95,7 @@ fn subject(text: String, vary: Vec<String>, clip: u64) -> Result<Frames, Box<dyn
         text,
         files: files.into_texts(),
         is_built_in: false,
+        given: Vec::new(),
         vary,
         sensor: "ceiling".to_owned(),
         seed: 1,

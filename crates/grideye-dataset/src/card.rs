@@ -118,6 +118,9 @@ impl Manifest {
             let splits = splits.map(|(name, frames)| format!("{name}={}", frames / self.clip));
             option("--split", &splits.collect::<Vec<_>>().join(","));
         }
+        if let [name, value] = self.given.as_slice() {
+            option(name, value);
+        }
         for asked in &self.vary {
             option("--vary", asked);
         }

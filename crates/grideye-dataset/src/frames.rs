@@ -33,6 +33,8 @@ pub struct Subject {
     pub is_built_in: bool,
     /// The options that say what varies besides the scene's tables.
     pub vary: Vec<String>,
+    /// The option that gave the sensor's profile, and its file; empty for the scene's own.
+    pub given: Vec<String>,
     /// What varies, parsed.
     pub recipe: Recipe,
     /// The sensor's name.
@@ -61,9 +63,14 @@ pub(crate) struct Labeled {
     pub(crate) clip: u64,
     pub(crate) time: Duration,
     pub(crate) noise_seed: u64,
-    /// What the sensor measures, and what it would measure without noise, °C.
+    /// What the sensor measures, and what it would measure without noise, °C; the latter also with nobody in the room.
     pub(crate) celsius: Vec<f64>,
     pub(crate) truth_c: Vec<f64>,
+    pub(crate) empty_c: Vec<f64>,
+    /// Measured less what the unit shows of the empty room, °C.
+    pub(crate) excess_c: Vec<f64>,
+    /// Whether people agree on who is in view.
+    pub(crate) clear: bool,
     pub(crate) agents: Vec<Option<Label>>,
     /// Values of what varies, in the recipe's order.
     pub(crate) varied: Vec<Value>,
@@ -166,7 +173,7 @@ impl Frames {
         let agents = u64::try_from(self.agents().len()).unwrap_or(u64::MAX);
         pixels
             .saturating_mul(4)
-            .saturating_mul(agents.saturating_add(2))
+            .saturating_mul(agents.saturating_add(4))
     }
 
     pub(crate) const fn maker(&self) -> Maker<'_> {
@@ -230,8 +237,10 @@ impl Set {
     ) -> Labeled {
         let Self { scene, simulator } = self;
         let (image, noisy, filled) = simulator.labeled(time, noise_seed);
-        let images = (&image, &simulator.without_agents(time));
-        let labels = labels(scene.agents(), time, filled, images, counts_from);
+        let empty = simulator.without_agents(time);
+        let background = simulator.background(&empty, noise_seed);
+        let labels = labels(scene.agents(), time, filled, (&image, &empty), counts_from);
+        let clear = labels.iter().flatten().all(|label| label.clear);
         let mut labels = scene.agents().iter().zip(labels).peekable();
         let labels = agents.iter().map(|name| {
             // Absent agents are missing in the scene, which has the others in the same order.
@@ -244,7 +253,15 @@ impl Set {
             noise_seed,
             agents: labels.collect(),
             truth_c: image.celsius,
+            excess_c: noisy
+                .celsius
+                .iter()
+                .zip(background.celsius)
+                .map(|(of, less)| of - less)
+                .collect(),
             celsius: noisy.celsius,
+            empty_c: empty.celsius,
+            clear,
             varied: Vec::new(),
         }
     }

@@ -39,6 +39,8 @@ pub struct Label {
     pub contrast_c: f64,
     /// Whether it counts as in view.
     pub counts: bool,
+    /// Whether nobody could think otherwise: it fills less than [`UNSEEN_PIXELS`], or as much as counts.
+    pub(crate) clear: bool,
     /// Column and row of its middle, from the middle of the first pixel; `None` out of view.
     pub center_px: Option<[f64; 2]>,
     /// Left, top, right and bottom edge of its box, pixels; `None` out of view.
@@ -50,6 +52,9 @@ pub struct Label {
     /// The agent's share of each pixel, 0 to 1.
     pub mask: Vec<f32>,
 }
+
+/// Whoever labels a frame sees nobody who fills less than one pixel.
+const UNSEEN_PIXELS: f64 = 1.0;
 
 /// A pixel belongs to an agent's box from this share on.
 const BOX_SHARE: f64 = 0.25;
@@ -84,6 +89,7 @@ pub(crate) fn labels(
                 pixels: filled.unhidden.pixels(),
                 contrast_c,
                 counts: pixels > 0.0 && pixels >= from.pixels && contrast_c >= from.contrast_c,
+                clear: pixels < UNSEEN_PIXELS || pixels >= from.pixels,
                 center_px: center_px(&filled.seen),
                 box_px: box_px(&filled.seen),
                 posture: agent.posture(time).map(grideye_scene::Posture::name),

@@ -16,8 +16,8 @@ const PARTS_MAX: u64 = 1_000_000;
 const FRAMES_PER_PART: u64 = 1_000;
 /// Approximate memory of a part's frames, unless `frames_per_part` is given.
 const PART_BYTES: u64 = 64 << 20;
-/// 3: images in Parquet are lists of rows, and a dataset has splits.
-const LAYOUT: u32 = 3;
+/// 4: frames less the empty room. 3: images in Parquet are lists of rows, and a dataset has splits.
+const LAYOUT: u32 = 4;
 /// How the files of a dataset without splits begin.
 pub(crate) const PART: &str = "part";
 
@@ -35,6 +35,9 @@ pub struct Manifest {
     /// What varies, as requested.
     pub(crate) built_in: bool,
     pub(crate) vary: Vec<String>,
+    /// The option that gave the sensor's profile.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) given: Vec<String>,
     /// All that varies, by options and by the scene's tables.
     pub(crate) varies: Vec<String>,
     pub(crate) sensor: String,
@@ -111,6 +114,7 @@ impl Manifest {
                 .collect(),
             built_in: of.is_built_in,
             vary: of.vary.clone(),
+            given: of.given.clone(),
             varies: of.recipe.asked().to_vec(),
             sensor: of.sensor.clone(),
             columns: subject.columns,

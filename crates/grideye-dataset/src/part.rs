@@ -27,6 +27,12 @@ pub struct Part {
     pub celsius: Vec<f32>,
     /// What it would measure without noise, °C.
     pub truth_c: Vec<f32>,
+    /// The same with nobody in the room, °C.
+    pub empty_c: Vec<f32>,
+    /// What it measures less what the unit shows of the empty room, on the sensor's steps, °C.
+    pub excess_c: Vec<f32>,
+    /// Whether no agent fills from one pixel up to those that count: people may say either of such a frame.
+    pub clear: Vec<bool>,
     /// How many agents count as in view.
     pub people: Vec<u64>,
     /// Labels of each agent.
@@ -125,6 +131,9 @@ impl Part {
             noise_seed: Vec::new(),
             celsius: Vec::new(),
             truth_c: Vec::new(),
+            empty_c: Vec::new(),
+            excess_c: Vec::new(),
+            clear: Vec::new(),
             people: Vec::new(),
             agents: agents.collect(),
             varied,
@@ -137,10 +146,15 @@ impl Part {
         self.people.push(labeled.people());
         self.time_s.push(labeled.time.as_secs_f64());
         self.noise_seed.push(labeled.noise_seed);
-        self.celsius
-            .extend(labeled.celsius.iter().copied().map(single));
-        self.truth_c
-            .extend(labeled.truth_c.iter().copied().map(single));
+        self.clear.push(labeled.clear);
+        for (all, image) in [
+            (&mut self.celsius, &labeled.celsius),
+            (&mut self.truth_c, &labeled.truth_c),
+            (&mut self.empty_c, &labeled.empty_c),
+            (&mut self.excess_c, &labeled.excess_c),
+        ] {
+            all.extend(image.iter().copied().map(single));
+        }
         for (agent, label) in self.agents.iter_mut().zip(labeled.agents) {
             agent.labels.push(label);
         }

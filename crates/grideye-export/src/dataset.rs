@@ -9,18 +9,20 @@ use crate::parquet::{self, Column, Values};
 use grideye_dataset::{AgentLabels, Label as OfAgent, Part, Scalars, Table};
 use std::fmt::Write as _;
 use std::io::Write;
-use std::slice::from_ref;
 
 /// What is known of each frame, or of each agent in it.
 #[derive(Clone, Copy)]
 enum Label<'a> {
     Whole(&'a [u64]),
     Number(&'a [f64]),
+    Whether(&'a [bool]),
     /// And the characters of the longest.
     Text(&'a [String], usize),
     Image(&'a [f32]),
     /// Each agent's, with their columns' names.
     Numbers(&'static [&'static str], fn(&OfAgent) -> Option<&[f64]>),
+    /// Each agent's; 0 while absent.
+    Amount(fn(&OfAgent) -> f64),
     Word(fn(&OfAgent) -> Option<&'static str>),
     Flag(fn(&OfAgent) -> bool),
     Mask,
@@ -32,18 +34,9 @@ const OF_AGENTS: [(&str, Label<'static>); 11] = [
         "position_m",
         Label::Numbers(&["x_m", "y_m", "z_m"], |of| Some(&of.position_m)),
     ),
-    (
-        "visibility",
-        Label::Numbers(&["visibility"], |of| Some(from_ref(&of.visibility))),
-    ),
-    (
-        "pixels",
-        Label::Numbers(&["pixels"], |of| Some(from_ref(&of.pixels))),
-    ),
-    (
-        "contrast_c",
-        Label::Numbers(&["contrast_c"], |of| Some(from_ref(&of.contrast_c))),
-    ),
+    ("visibility", Label::Amount(|of| of.visibility)),
+    ("pixels", Label::Amount(|of| of.pixels)),
+    ("contrast_c", Label::Amount(|of| of.contrast_c)),
     ("counts", Label::Flag(|of| of.counts)),
     (
         "center_px",
@@ -63,7 +56,7 @@ const OF_AGENTS: [(&str, Label<'static>); 11] = [
 /// Characters of a posture, and of what a person does.
 const WORD: usize = 8;
 
-fn of_frames(part: &Part) -> [(&'static str, Label<'_>); 7] {
+fn of_frames(part: &Part) -> [(&'static str, Label<'_>); 10] {
     [
         ("frame", Label::Whole(&part.frame)),
         ("clip", Label::Whole(&part.clip)),
@@ -71,6 +64,9 @@ fn of_frames(part: &Part) -> [(&'static str, Label<'_>); 7] {
         ("noise_seed", Label::Whole(&part.noise_seed)),
         ("celsius", Label::Image(&part.celsius)),
         ("truth_c", Label::Image(&part.truth_c)),
+        ("empty_c", Label::Image(&part.empty_c)),
+        ("excess_c", Label::Image(&part.excess_c)),
+        ("clear", Label::Whether(&part.clear)),
         ("people", Label::Whole(&part.people)),
     ]
 }
@@ -143,6 +139,7 @@ fn columns(part: &Part) -> Vec<Column> {
         (Label::Number(values), _) => {
             Some(Values::Double(values.iter().copied().map(Some).collect()))
         }
+        (Label::Whether(values), _) => Some(Values::Flag(values.to_vec())),
         (Label::Text(texts, _), _) => Some(Values::Text(texts.to_vec())),
         (Label::Image(values), _) => Some(image(values)),
         (Label::Mask, Some(agent)) => {
@@ -157,12 +154,20 @@ fn columns(part: &Part) -> Vec<Column> {
             let flags = agent.labels.iter().map(|of| of.as_ref().is_some_and(is));
             Some(Values::Flag(flags.collect()))
         }
+        (Label::Amount(of), Some(agent)) => {
+            let frames = agent.labels.iter();
+            let amounts = frames.map(|label| Some(label.as_ref().map_or(0.0, of)));
+            Some(Values::Double(amounts.collect()))
+        }
         (Label::Word(word), Some(agent)) => {
             let words = agent.labels.iter();
             let words = words.map(|of| word(of.as_ref()?).map(str::to_owned));
             Some(Values::MaybeText(words.collect()))
         }
-        (Label::Numbers(..) | Label::Mask | Label::Flag(_) | Label::Word(_), _) => None,
+        (
+            Label::Numbers(..) | Label::Amount(_) | Label::Mask | Label::Flag(_) | Label::Word(_),
+            _,
+        ) => None,
     };
     let mut columns = Vec::new();
     let mut add = |name: String, values: Option<Values>| {
@@ -288,10 +293,10 @@ impl Label<'_> {
     /// Larger types come first.
     fn rank(&self) -> u8 {
         match self {
-            Self::Whole(_) | Self::Number(_) | Self::Numbers(..) => 0,
+            Self::Whole(_) | Self::Number(_) | Self::Numbers(..) | Self::Amount(_) => 0,
             Self::Image(_) | Self::Mask => 1,
             Self::Word(_) | Self::Text(..) => 2,
-            Self::Flag(_) => 3,
+            Self::Flag(_) | Self::Whether(_) => 3,
         }
     }
 
@@ -300,9 +305,9 @@ impl Label<'_> {
         let characters = |most: usize| (format!("<U{most}"), 4 * most);
         match self {
             Self::Whole(_) => ("<u8".to_owned(), 8),
-            Self::Number(_) | Self::Numbers(..) => ("<f8".to_owned(), 8),
+            Self::Number(_) | Self::Numbers(..) | Self::Amount(_) => ("<f8".to_owned(), 8),
             Self::Image(_) | Self::Mask => ("<f4".to_owned(), 4),
-            Self::Flag(_) => ("|b1".to_owned(), 1),
+            Self::Flag(_) | Self::Whether(_) => ("|b1".to_owned(), 1),
             Self::Word(_) => characters(WORD),
             Self::Text(_, longest) => characters(*longest),
         }
@@ -312,9 +317,9 @@ impl Label<'_> {
     fn axes(&self, part: &Part) -> Vec<usize> {
         let ((columns, rows), agents) = (part.size, part.agents.len());
         match self {
-            Self::Whole(_) | Self::Number(_) | Self::Text(..) => Vec::new(),
+            Self::Whole(_) | Self::Number(_) | Self::Whether(_) | Self::Text(..) => Vec::new(),
             Self::Image(_) => vec![rows, columns],
-            Self::Numbers([_], _) | Self::Word(_) | Self::Flag(_) => vec![agents],
+            Self::Amount(_) | Self::Word(_) | Self::Flag(_) => vec![agents],
             Self::Numbers(names, _) => vec![agents, names.len()],
             Self::Mask => vec![agents, rows, columns],
         }
@@ -331,6 +336,7 @@ impl Label<'_> {
         match self {
             Self::Whole(values) => bytes.extend(values[frame].to_le_bytes()),
             Self::Number(values) => bytes.extend(values[frame].to_le_bytes()),
+            Self::Whether(values) => bytes.push(values[frame].into()),
             Self::Text(texts, longest) => bytes.extend(npy::text(&texts[frame], *longest)),
             Self::Image(values) => {
                 let values = &values[frame * pixels..][..pixels];
@@ -342,6 +348,10 @@ impl Label<'_> {
                     let values = (0..names.len()).map(|place| value(agent, place));
                     bytes.extend(values.flat_map(|value| value.unwrap_or(f64::NAN).to_le_bytes()));
                 }
+            }
+            Self::Amount(of) => {
+                let amounts = agents.map(|agent| agent.map_or(0.0, of));
+                bytes.extend(amounts.flat_map(f64::to_le_bytes));
             }
             Self::Word(of) => agents.for_each(|agent| {
                 bytes.extend(npy::text(agent.and_then(of).unwrap_or_default(), WORD));

@@ -40,15 +40,16 @@ def test_labels_are_of_the_frames_that_simulate_makes():
 def test_batches_are_the_frames_of_the_data_set(tmp_path):
     grideye("dataset", "--preset", "counting", "--frames", 2300, "--seed", 3, "--format", "npz", "--out", tmp_path / "theirs")
     parts = [np.load(part) for part in sorted((tmp_path / "theirs").glob("*.npz"))]
-    theirs = {name: np.concatenate([part[name] for part in parts]) for name in ("celsius", "people", "mask")}
+    theirs = {name: np.concatenate([part[name] for part in parts]) for name in ("excess_c", "people", "mask")}
+    excess = theirs["excess_c"] - np.median(theirs["excess_c"], axis=(1, 2), keepdims=True)
     batches = list(ge.frames("counting", batch=700, frames=2300, seed=3))
     assert [len(x) for x, _ in batches] == [700, 700, 700, 200]
-    np.testing.assert_array_equal(np.concatenate([x for x, _ in batches]), theirs["celsius"])
+    np.testing.assert_array_equal(np.concatenate([x for x, _ in batches]), excess)
     np.testing.assert_array_equal(np.concatenate([y for _, y in batches]), theirs["people"])
     # Without an end, the first ones are the same; and their labels come with them.
     (x, records), (further, _) = itertools.islice(ge.frames("counting", batch=64, seed=3, labels=True), 2)
-    np.testing.assert_array_equal(x, theirs["celsius"][:64])
-    np.testing.assert_array_equal(further, theirs["celsius"][64:128])
+    np.testing.assert_array_equal(x, excess[:64])
+    np.testing.assert_array_equal(further, excess[64:128])
     np.testing.assert_array_equal(records["mask"], theirs["mask"][:64])
 
 

@@ -20,6 +20,8 @@ pub(crate) struct Asked {
     pub(crate) weights: Vec<f64>,
     /// Another key, and what is added for each unit that it is off its middle.
     pub(crate) with: Option<(String, f64)>,
+    /// The values of the table that this option replaces: what goes with the key is told from their middle.
+    pub(crate) replaced: Option<String>,
 }
 
 impl Asked {
@@ -51,6 +53,7 @@ impl Asked {
             values,
             weights: Vec::new(),
             with: None,
+            replaced: None,
         }
     }
 
@@ -72,6 +75,7 @@ impl Asked {
             values: table.values.map(|values| values.trim().to_owned()),
             weights: table.weights,
             with: table.with,
+            replaced: None,
         }
     }
 
@@ -104,10 +108,19 @@ pub(crate) fn all(
     let document = document.get_ref();
     let each = |asked: Asked| asked.each(document);
     let options = options.iter().map(|option| Asked::of_option(option));
-    let options: Vec<Asked> = options.flat_map(each).collect();
+    let mut options: Vec<Asked> = options.flat_map(each).collect();
     let tables = tables.into_iter().map(Asked::of_table).flat_map(each);
-    let is_kept = |table: &Asked| options.iter().all(|option| option.key != table.key);
-    let mut all: Vec<Asked> = tables.filter(is_kept).collect();
+    let mut all: Vec<Asked> = Vec::new();
+    for table in tables {
+        let option = options.iter().position(|option| option.key == table.key);
+        all.push(match option {
+            Some(option) => Asked {
+                replaced: table.values,
+                ..options.remove(option)
+            },
+            None => table,
+        });
+    }
     all.extend(options);
     Ok(all)
 }

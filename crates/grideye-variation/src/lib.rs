@@ -2,6 +2,7 @@
 
 mod acts;
 mod asked;
+mod bare;
 mod chance;
 mod error;
 mod floor;

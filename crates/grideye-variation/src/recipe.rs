@@ -2,6 +2,7 @@
 
 use crate::acts;
 use crate::asked::{self, Asked};
+use crate::bare::{NoProfiles, bare};
 use crate::chance::{NOISE, START, below, chosen, generator, share};
 use crate::error::{Mistake, VariationError};
 use crate::floor;
@@ -102,7 +103,7 @@ impl Recipe {
         let document = Scene::document(text, origin)?;
         let uncertain = Scene::uncertain_in(text, origin)?;
         let mut recipe = Self {
-            text: text.to_owned(),
+            text: bare(text),
             origin: origin.to_owned(),
             varied: Vec::new(),
             placed: Vec::new(),
@@ -398,6 +399,7 @@ impl Recipe {
             values: self.told(draw),
             source: Box::new(source),
         };
+        let files = &NoProfiles(files);
         let scene = Scene::parse_anywhere(&draw.text, &self.origin, files).map_err(refused)?;
         let chosen: Vec<(&Actor, &acts::Choice)> = self.chosen(&draw.acts).collect();
         let is_placed = |name: &str| self.is_placed(name);

@@ -2,6 +2,7 @@
 
 use crate::asked::Asked;
 use crate::error::{Mistake, VariationError};
+use crate::grammar;
 use crate::grammar::{Choice, Piece};
 use crate::target::Edit;
 use grideye_scene::limits;
@@ -49,9 +50,11 @@ impl Place {
 }
 
 impl Varied {
-    /// The middle of its law, if it has one.
+    /// The middle of its law, if it has one: of that of the scene's table, if an option replaces it.
     pub(crate) fn middle(&self) -> Option<f64> {
-        match self.choices.as_slice() {
+        let replaced = self.asked.replaced.as_ref();
+        let replaced = replaced.and_then(|values| grammar::choices(values).ok());
+        match replaced.as_ref().unwrap_or(&self.choices).as_slice() {
             [Choice(pieces)] => match pieces.as_slice() {
                 [Piece::Range(low, high)] => Some(0.5 * (low + high)),
                 [Piece::Normal(law, _)] => Some(law.mean),

@@ -3,6 +3,7 @@
 use crate::cli::{Dataset, Preset};
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
+use crate::own::{With, own};
 use crate::{export, files, progress};
 use anyhow::Result;
 use grideye_dataset::{
@@ -20,6 +21,9 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 
 pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
+    if options.print {
+        return outln!("{}", scene(options)?.text.trim_end()).map(|()| Outcome::Done);
+    }
     let frames = frames(options)?;
     if let Some(file) = &options.preview {
         show(&frames, options, file)?;
@@ -30,7 +34,7 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
     let manifest = Manifest::new(
         &frames,
         concat!("grideye ", env!("CARGO_PKG_VERSION")),
-        options.frames,
+        options.frames.unwrap_or(1),
         options.frames_per_part,
         &options.splits.clone().unwrap_or_default(),
         options.formats.iter().copied(),
@@ -78,8 +82,8 @@ fn frames(options: &Dataset) -> Result<Frames> {
         origin,
         files: beside,
     } = scene(options)?;
-    let remembered = Remembered::new(&beside);
-    let loaded = Scene::parse(&text, &origin, &remembered).map_err(bad_input)?;
+    let read = Remembered::new(&beside);
+    let loaded = Scene::parse(&text, &origin, &read).map_err(bad_input)?;
     files::warned(&loaded.warnings);
     let sensor = files::sensor_name(&loaded.scene, options.sensor.as_deref())?;
     let steps = loaded.scene.sensor(&sensor).map_err(bad_input)?;
@@ -88,8 +92,12 @@ fn frames(options: &Dataset) -> Result<Frames> {
             "sensor `{sensor}` has no step_c, so these frames have no steps; a real sensor has steps of 0.25 °C: --vary sensor.{sensor}.step_c=0.25"
         ));
     }
+    let own = own(options, &sensor)?;
+    let beside = With(&read, &own);
+    let remembered = Remembered::new(&beside);
     let asked = |error| asked(error, &options.varied);
-    let recipe = Recipe::new(&text, &origin, &options.varied).map_err(asked)?;
+    let varied = [own.vary.as_slice(), &options.varied].concat();
+    let recipe = Recipe::new(&text, &origin, &varied).map_err(asked)?;
     recipe.check(&remembered).map_err(asked)?;
     let subject = Subject {
         title: files::stem(Path::new(&origin)),
@@ -98,6 +106,7 @@ fn frames(options: &Dataset) -> Result<Frames> {
         files: remembered.into_texts(),
         is_built_in: options.preset.is_some(),
         vary: options.varied.clone(),
+        given: own.given.clone(),
         recipe,
         seed: options.seed,
         clip: options.clip,
@@ -109,7 +118,7 @@ fn frames(options: &Dataset) -> Result<Frames> {
     };
     let frames = Frames::new(subject, &loaded.scene).map_err(told)?;
     let unseen = frames
-        .unseen(options.frames.div_ceil(options.clip))
+        .unseen(options.frames.unwrap_or(1).div_ceil(options.clip))
         .map_err(told)?;
     // Of the program's own scenes, nobody wants to know which of the things around are in no frame.
     let told = unseen
@@ -135,7 +144,7 @@ const FALLS: &str = include_str!("../../../scenes/falls.toml");
 
 /// Draws some frames by class.
 fn show(frames: &Frames, options: &Dataset, file: &Path) -> Result<()> {
-    let rows = preview(frames, options.frames).map_err(told)?;
+    let rows = preview(frames, options.frames.unwrap_or(1)).map_err(told)?;
     let caption = |seen: &Seen| match options.clip {
         1 => format!("{} in view", seen.people),
         _ => seen.doing.unwrap_or("away").to_owned(),

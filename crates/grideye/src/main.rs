@@ -39,6 +39,7 @@ mod migrate;
 mod mqtt;
 mod orient;
 mod output;
+mod own;
 mod progress;
 mod record;
 mod recordings;

@@ -261,6 +261,10 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         Run("", &["10000 of 10000 frames in people; parts: 10 made"]),
     ),
     (
+        "grideye dataset --preset counting --like recordings/linaige/Session3_2021-07-06_RoomA_v2.csv --vary sensor.ceiling.position_mm.z=2500 --frames 1000 --out own",
+        Run("", &["1000 of 1000 frames in own; parts: 1 made"]),
+    ),
+    (
         "grideye dataset --preset falls --frames 5000 --clip 50 --out falls",
         Run("", &["5000 of 5000 frames in falls; parts: 5 made"]),
     ),

@@ -208,7 +208,8 @@ def frames(
         labels: all labels, instead of how many people are in view.
 
     Yields:
-        Pixels, float32 (batch, 8, 8), degrees Celsius; and people in view, int64 (batch,), or with `labels` records by name
+        Pixels, float32 (batch, 8, 8), degrees Celsius less the unit's view of the empty room and the frame's median, as a network
+        wants them; and people in view, int64 (batch,), or with `labels` records by name
         (`people`, `present`, `position_m`, `box_px`, `mask` and the rest of crates/grideye/DATASET.md).
 
     Raises:
@@ -245,7 +246,8 @@ def frames(
                 last = not ahead and (left is None or len(left) <= batch)
                 while left is not None and (len(left) >= batch or (not ahead and len(left) > 0)):
                     taken, left = left[:batch], left[batch:]
-                    yield taken["celsius"], taken if labels else taken["people"].astype(np.int64)
+                    excess_c = taken["excess_c"] - np.median(taken["excess_c"], axis=(1, 2), keepdims=True)
+                    yield excess_c, taken if labels else taken["people"].astype(np.int64)
                 if last:
                     return
         finally:

@@ -85,6 +85,12 @@ fn a_law_moves_with_another_key_by_its_slope() {
     let all = || draws.iter().map(|draw| number(draw, 1));
     assert!(all().all(|celsius| (24.8..=31.2).contains(&celsius)));
     assert!(all().any(|celsius| celsius > 30.0));
+    // In another range it is as far from the middle of the table's: 28 + 0.3 · (25 - 22).
+    let warmer = recipe(tables, &["room.ambient_c=24..26"]).unwrap();
+    let draws = self::draws(&warmer);
+    let mean =
+        |at: usize| draws.iter().map(|draw| number(draw, at)).sum::<f64>() / f64::from(DRAWS);
+    assert!((mean(0) - 25.0).abs() < 0.06 && (mean(1) - 28.9).abs() < 0.06);
 }
 
 #[test]

@@ -21,15 +21,27 @@ pub(crate) struct Dataset {
     /// counting: 0 to 3 people below a ceiling sensor. falls: people who walk, sit, lie and fall, for --clip.
     #[arg(long, value_parser = one_of(PRESETS), value_name = "NAME", conflicts_with = "scene", hide_possible_values = true)]
     pub(crate) preset: Option<Preset>,
+    /// Print the built-in scene, to copy and change.
+    #[arg(long, requires = "preset", hide_short_help = true, conflicts_with_all = ["frames", "out", "preview"])]
+    pub(crate) print: bool,
+    /// Sensor profile in place of the scene's.
+    #[arg(long, value_name = "FILE.toml", hide_short_help = true)]
+    pub(crate) profile: Option<PathBuf>,
+    /// Recording of an own sensor, to be like it.
+    ///
+    /// Noise, pattern, background, level and frame rate are the recording's, of an empty room or with people in it. Give
+    /// the sensor's height and the room with --vary, as in sensor.ceiling.position_mm.z=2500.
+    #[arg(long, value_name = "RECORDING", conflicts_with = "profile")]
+    pub(crate) like: Option<PathBuf>,
     /// Values to draw from: KEY=LOW..HIGH; repeatable.
     ///
     /// KEY=LOW..HIGH, KEY=MEAN+-SD, KEY=ONE,OTHER, agent.NAME.position=floor, or KEY alone for its `uncertain` table.
     /// Adds to the scene's `vary` tables, and replaces those of the same key. scenes/README.md lists the keys.
     #[arg(long = "vary", value_name = "KEY=VALUES")]
     pub(crate) varied: Vec<String>,
-    /// Frames in the whole dataset.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
-    pub(crate) frames: u64,
+    /// Frames in the whole dataset [default: none].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), required_unless_present = "print")]
+    pub(crate) frames: Option<u64>,
     /// Consecutive frames per clip.
     ///
     /// 1 to 100000 frames of one situation at the sensor's rate. A clip is never in two files; --frames must be a
@@ -39,7 +51,7 @@ pub(crate) struct Dataset {
     /// Folder for the dataset [default: only --preview].
     ///
     /// It is created if missing.
-    #[arg(long, value_name = "DIR", required_unless_present = "preview")]
+    #[arg(long, value_name = "DIR", required_unless_present_any = ["preview", "print"])]
     pub(crate) out: Option<PathBuf>,
     /// Picture of some frames by class, to look at first.
     ///

@@ -61,6 +61,44 @@ fn a_preset_is_looked_at_and_made() {
     assert!(card.contains("\n- `people=0..3, weights "), "{card}");
 }
 
+/// A preset as it is printed, and with the noise of other sensors.
+#[test]
+fn a_preset_is_printed_and_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let preset = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_grideye"));
+        command
+            .args(["dataset", "--preset", "counting"])
+            .args(words);
+        command
+    };
+    let printed = done(&mut preset(&["--print"]));
+    let scene = fs::read_to_string(root.join("scenes/counting.toml")).unwrap();
+    assert_eq!(printed, scene);
+
+    let recording = root.join("recordings/linaige/Session3_2021-07-06_RoomA_v2.csv");
+    let datasheet = root.join("scenes/profiles/datasheet.toml");
+    for (name, path) in [("like", &recording), ("profile", &datasheet)] {
+        let path = path.to_str().unwrap();
+        let (option, out) = (format!("--{name}"), folder.path().join(name));
+        let mut command = preset(&[&option, path, "--frames", "20", "--format", "npy"]);
+        done(command.arg("--out").arg(&out));
+        let card = fs::read_to_string(out.join("README.md")).unwrap();
+        assert!(card.contains(&format!(" {option} {path} ")), "{card}");
+        assert!(card.contains("`sensor.ceiling.profile="), "{card}");
+        // The median of the session's empty room is 26.25 °C.
+        assert_eq!(
+            card.contains("`room.ambient_c=25.21..27.21`"),
+            name == "like",
+            "{card}"
+        );
+    }
+    let mut command = preset(&["--profile", "none.toml", "--frames", "20", "--out", "none"]);
+    let told = refused(command.current_dir(folder.path()));
+    assert!(told.contains("none.toml"), "{told}");
+}
+
 #[test]
 fn splits_have_files_of_their_own_that_shards_make_alike() {
     let folder = tempfile::tempdir().unwrap();
