@@ -1,179 +1,105 @@
-"""Trains a small network to count people on simulated frames, real frames, and both, and tests it on rooms it never saw.
+"""Trains the people counter on simulated frames alone, tests it on rooms it never saw, and writes its weights.
 
-README.md explains the choices and has the table.
+README.md explains the choices and has the tables.
 """
 
 import argparse
-import csv
-import os
-import subprocess
 import tempfile
 import time
 from pathlib import Path
 
-os.environ["KERAS_BACKEND"] = "jax"
-# Threads cost more than they save on a network this small.
-os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
-
-import keras
+import integers
+import network
 import numpy as np
-from keras import layers
+import tell
+from frames import COUNTS, SESSIONS, VOTES, balanced, is_far, majority, presence, recalls, row, session, simulated, smoothed, spread, symmetries
+from network import read, train
 from PIL import Image, ImageDraw
 
-ROOT = Path(__file__).resolve().parents[3]
-SCENE = "scenes/counting.toml"
-SESSIONS = {2: "Session2_2021-07-01_RoomB_v2.csv", 3: "Session3_2021-07-06_RoomA_v2.csv"}
-COUNTS = range(4)
-STEPS, BATCH = 1200, 256
-# No frame with somebody who fills this many pixels is trained on: whoever labels it may count that person or not. Of
-# real frames, none that the labels call hard.
-UNCLEAR_PIXELS = 1, 2.5
 # Of a count's frames, where both kinds have it: a session is three minutes of one room.
 REAL_SHARE = 0.1
-VOTES = 7
+# Every tenth simulated frame tells how sure the counter may be.
+HELD_OUT = 10
+VECTORS = 200
+# Somebody is there unless the counter is this sure that nobody is.
+SOMEBODY = 0.8
 
 
-def grideye(program, *arguments):
-    subprocess.run([program, *map(str, arguments)], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
-
-
-def level(frames):
-    """Without the change that all pixels share."""
-    return (frames - np.median(frames, axis=(1, 2), keepdims=True)).astype(np.float32)
-
-
-def dataset(program, folder, frames, names, *more):
-    grideye(program, "dataset", SCENE, "--frames", frames, "--format", "npy", *more, "--out", folder)
-    parts = [np.load(part, mmap_mode="r") for part in sorted(folder.glob("part-*.npy"))]
-    return [np.concatenate([part[name] for part in parts]) for name in names]
-
-
-def simulated(program, folder, frames):
-    """Simulated frames less the same rooms with nobody and less the unit's pattern, and how many people are in view."""
-    celsius, truth_c, mask, people = dataset(program, folder / "people", frames, ["celsius", "truth_c", "mask", "people"])
-    (empty_c,) = dataset(program, folder / "empty", frames, ["truth_c"], "--vary", "people=0")
-    pattern_c = np.median(celsius - truth_c, axis=0)
-    low, high = UNCLEAR_PIXELS
-    pixels = mask.sum(axis=(2, 3))
-    clear = ~((pixels >= low) & (pixels < high)).any(axis=1)
-    return level(celsius - empty_c - pattern_c)[clear], people[clear].astype(int)
-
-
-def session(number):
-    """A real session's frames less its median of each pixel, how many people are in view, and whether that was easy to say."""
-    with open(ROOT / "recordings/linaige" / SESSIONS[number], newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    celsius = np.array([[float(row[f"pixel{pixel}"]) for pixel in range(64)] for row in rows]).reshape(-1, 8, 8)
-    counts, easy = np.array([(int(row["people_number"]), row["confidence"] == "e") for row in rows]).T
-    return level(celsius - np.median(celsius, axis=0)), counts, easy.astype(bool)
-
-
-def batches(sets, random):
-    """Batches with all counts equally often, in all eight symmetries and with up to 18 % more or less contrast.
-
-    `sets` are (frames, counts, share); a count's frames come from the sets that have it, by their shares.
-    """
+def counter(sets, seed):
+    """Trained on all counts equally often; a count's frames come from the sets (frames, counts, share) that have it."""
     frames = np.concatenate([frames for frames, _, _ in sets])
-    weight = np.zeros((len(COUNTS), len(frames)))
-    first = 0
-    for _, counts, share in sets:
-        for count in set(counts):
-            weight[count, first : first + len(counts)] = (counts == count) * share / (counts == count).sum()
-        first += len(counts)
-    ladder = [np.cumsum(row) / row.sum() for row in weight if row.any()]
-    known = np.flatnonzero(weight.any(axis=1))
-    for _ in range(STEPS):
-        drawn = random.integers(len(known), size=BATCH)
-        picked = np.array([np.searchsorted(ladder[one], u, side="right") for one, u in zip(drawn, random.random(BATCH))])
-        batch = frames[np.minimum(picked, len(frames) - 1)] * random.uniform(0.82, 1.18, (BATCH, 1, 1)).astype(np.float32)
-        turned = np.concatenate([symmetries(part)[number] for number, part in enumerate(np.split(batch, 8))])
-        yield turned[..., None], known[drawn]
+    counts = np.concatenate([counts for _, counts, _ in sets])
+    source = np.repeat(np.arange(len(sets)), [len(counts) for _, counts, _ in sets])
+    groups = []
+    for count in np.unique(counts):
+        having = [number for number, (_, counts, _) in enumerate(sets) if count in counts]
+        whole = sum(sets[number][2] for number in having)
+        groups += [(np.flatnonzero((counts == count) & (source == number)), sets[number][2] / whole) for number in having]
+    return train(frames, counts, groups, seed)
 
 
-def symmetries(frames):
-    turns = [np.rot90(frames, turn, (-2, -1)) for turn in range(4)]
-    return turns + [turn[..., ::-1] for turn in turns]
-
-
-def network():
-    return keras.Sequential([
-        keras.Input((8, 8, 1)),
-        layers.Conv2D(8, 3, padding="same", activation="relu"),
-        layers.Conv2D(16, 3, padding="same", activation="relu"),
-        layers.MaxPooling2D(2),
-        layers.Flatten(),
-        layers.Dense(16, activation="relu"),
-        layers.Dense(len(COUNTS), activation="softmax"),
-    ])
-
-
-def train(sets, seed):
-    keras.utils.set_random_seed(seed)
-    counter = network()
-    # The mean of the last weights: three seeds differ less.
-    rate = keras.optimizers.schedules.CosineDecay(2e-3, STEPS)
-    adam = keras.optimizers.Adam(rate, use_ema=True, ema_momentum=0.995)
-    counter.compile(adam, "sparse_categorical_crossentropy")
-    counter.fit(batches(sets, np.random.default_rng(seed)), steps_per_epoch=STEPS, shuffle=False, verbose=0)
-    return counter
-
-
-def probabilities(counter, frames):
-    return counter.predict(frames[..., None], batch_size=4096, verbose=0)
-
-
-def majority(counted):
-    """Of each frame and those before it, `VOTES` in all; the fewer people of a tie."""
-    return np.array([np.bincount(counted[max(0, at + 1 - VOTES) : at + 1]).argmax() for at in range(len(counted))])
-
-
-def recalls(counts, counted):
-    return {int(count): 100 * np.mean(counted[counts == count] == count) for count in np.unique(counts)}
-
-
-def balanced(counts, counted):
-    return np.mean(list(recalls(counts, counted).values()))
-
-
-def row(*cells):
-    print("| " + " | ".join(map(str, cells)) + " |", flush=True)
-
-
-def spread(values):
-    return f"{np.mean(values):.1f} ({min(values):.1f} to {max(values):.1f})"
+def chances(logits):
+    powers = np.exp(logits - logits.max(axis=1, keepdims=True))
+    return powers / powers.sum(axis=1, keepdims=True)
 
 
 def table(real, ours, seeds):
-    """Prints the table; returns the networks that were trained on simulated frames alone."""
+    """Prints how well networks count; returns those that were trained on simulated frames alone."""
     easy = {number: (frames[sure], counts[sure]) for number, (frames, counts, sure) in real.items()}
     kinds = {
         "simulated frames alone": lambda other: [(*ours, 1)],
         "the other real session": lambda other: [(*easy[other], 1)],
         "both": lambda other: [(*ours, 1 - REAL_SHARE), (*easy[other], REAL_SHARE)],
     }
-    row("trained on", *(f"session {number}{end}" for number in SESSIONS for end in ("", f", majority of {VOTES}")))
-    row(*["---"] * (1 + 2 * len(SESSIONS)))
-    row("nothing: always the same answer", *(f"{100 / len(set(real[number][1])):.1f}" for number in SESSIONS for _ in range(2)))
-    alone, parts = [], []
+    ends = ["", f", majority of {VOTES}", ", far from a change", "; empty called occupied", "; occupied called empty"]
+    row("trained on", "session", *(f"single frames{end}" if not end.startswith(";") else end[2:] for end in ends), *(f"of {count}" for count in COUNTS))
+    row(*["---"] * (7 + len(COUNTS)))
+    alone = [counter(kinds["simulated frames alone"](None), seed) for seed in seeds]
     for kind, sets in kinds.items():
-        cells = []
         for number, other in zip(SESSIONS, reversed(SESSIONS)):
-            if kind != "simulated frames alone":
-                counters = [train(sets(other), seed) for seed in seeds]
-            else:
-                counters = alone = alone or [train(sets(other), seed) for seed in seeds]
+            counters = alone if kind == "simulated frames alone" else [counter(sets(other), seed) for seed in seeds]
             frames, counts, _ = real[number]
-            found = [probabilities(counter, frames).argmax(axis=1) for counter in counters]
-            cells += [spread([balanced(counts, one) for one in found]), spread([balanced(counts, majority(one)) for one in found])]
+            found, far = [read(one, frames).argmax(axis=1) for one in counters], is_far(counts)
+            wrong = [presence(counts[far], one[far]) for one in found]
             right = [recalls(counts, one) for one in found]
-            parts.append([kind, number, *(f"{np.mean([one[count] for one in right]):.0f}" if count in right[0] else "" for count in COUNTS)])
-        row(kind, *cells)
-    print()
-    row("trained on", "session", *("1 person" if count == 1 else f"{count} people" for count in COUNTS))
-    row(*["---"] * (2 + len(COUNTS)))
-    for part in parts:
-        row(*part)
+            row(
+                kind,
+                number,
+                spread([balanced(counts, one) for one in found]),
+                spread([balanced(counts, majority(one)) for one in found]),
+                spread([balanced(counts[far], one[far]) for one in found]),
+                *(f"{np.mean(ways):.1f}" for ways in zip(*wrong)),
+                *(f"{np.mean([one[count] for one in right]):.0f}" if count in right[0] else "" for count in COUNTS),
+            )
     return alone
+
+
+def write(folder, real, ours, seed):
+    """Writes the counter as integers, with vectors to test a reader of them, and says how it does."""
+    frames, people = ours
+    held = np.arange(len(people)) % HELD_OUT == 0
+    layers = counter([(frames[~held], people[~held], 1)], seed)
+    layers, temperature = integers.calibrated(layers, read(layers, frames[held]), people[held])
+    whole = integers.rounded(layers)
+    integers.write_weights(folder / "weights/counter.gec", whole)
+    integers.write_vectors(folder / "tests/vectors.csv", whole, integers.inputs(frames[held][:VECTORS]))
+
+    def logits(frames):
+        return integers.logits(whole, integers.inputs(frames)) / integers.ONE
+
+    same = np.mean(logits(frames[held]).argmax(axis=1) == read(layers, frames[held]).argmax(axis=1))
+    print(f"seed {seed}, temperature {temperature:.2f}, {100 * same:.1f} % of counts as without rounding")
+    for name, (seen, counts) in {"held out": (frames[held], people[held]), **{f"session {number}": of[:2] for number, of in real.items()}}.items():
+        chance = chances(logits(seen))
+        sure, right = chance.max(axis=1), chance.argmax(axis=1) == counts
+        bins = [f"{100 * sure[inside].mean():.0f}/{100 * right[inside].mean():.0f}" for inside in (sure < 0.7, (sure >= 0.7) & (sure < 0.95), sure >= 0.95)]
+        print(f"{name}: {balanced(counts, chance.argmax(axis=1)):.1f}; said/right below 70 %, to 95 %, above: {', '.join(bins)}")
+        if name != "held out":
+            far, mean = is_far(counts), smoothed(chance)
+            here, there = presence(counts[far], mean[far, 0] < SOMEBODY)
+            single, smooth = (balanced(counts[far], of[far].argmax(axis=1)) for of in (chance, mean))
+            print(f"  far from a change {single:.1f}, by the mean of {VOTES} frames {smooth:.1f}; nobody from {100 * SOMEBODY:.0f} % on:")
+            print(f"  empty called occupied {here:.1f}, occupied called empty {there:.1f}")
 
 
 def draw_mistakes(path, counter, real, ours, rows=8, near=4):
@@ -187,7 +113,7 @@ def draw_mistakes(path, counter, real, ours, rows=8, near=4):
     draw = ImageDraw.Draw(image)
     for place, number in enumerate(SESSIONS):
         seen, labels, _ = real[number]
-        chance = probabilities(counter, seen)
+        chance = chances(read(counter, seen))
         counted = chance.argmax(axis=1)
         sure = np.where(counted != labels, chance.max(axis=1), 0)
         for line in range(rows):
@@ -218,17 +144,26 @@ def main():
     parser.add_argument("program", type=Path, help="grideye")
     parser.add_argument("--out", type=Path, help="folder for the simulated frames; default: they are not kept")
     parser.add_argument("--frames", type=int, default=36000, help="simulated frames; default %(default)s")
-    parser.add_argument("--seeds", type=int, default=3, help="networks per cell of the table; default %(default)s")
+    parser.add_argument("--like", type=Path, help="a recording of the sensor that shall count")
+    parser.add_argument("--vary", action="append", default=[], help="as for grideye dataset: the sensor's height, the room")
+    parser.add_argument("--seeds", type=int, default=3, help="networks per cell of the table; 0 for no table; default %(default)s")
+    parser.add_argument("--tell", action="store_true", help="also whether a network tells real frames from simulated ones")
+    parser.add_argument("--weights", type=Path, metavar="FOLDER", help="write weights/counter.gec and tests/vectors.csv")
     parser.add_argument("--mistakes", type=Path, metavar="FILE.png", help="draw the worst mistakes beside the nearest simulated frames")
     given = parser.parse_args()
     began = time.monotonic()
+    more = ["--like", given.like.resolve()] if given.like else []
+    more += [word for vary in given.vary for word in ("--vary", vary)]
     with tempfile.TemporaryDirectory() as temporary:
-        ours = simulated(given.program.resolve(), (given.out or Path(temporary)).resolve(), given.frames)
-    real = {number: session(number) for number in SESSIONS}
-    print(f"{network().count_params()} weights, {STEPS} steps of {BATCH} frames, {given.seeds} seeds; balanced accuracy in %")
-    print(f"simulated frames with 0 to 3 people in view: {np.bincount(ours[1]).tolist()}\n")
-    alone = table(real, ours, range(1, given.seeds + 1))
-    if given.mistakes:
+        ours = simulated(given.program.resolve(), (given.out or Path(temporary)).resolve(), given.frames, *more)
+    real, seeds = {number: session(number) for number in SESSIONS}, range(1, given.seeds + 1)
+    print(f"{network.STEPS} steps of {network.BATCH}; clear frames with 0 to 3 people: {np.bincount(ours[1]).tolist()}; {time.monotonic() - began:.0f} s\n")
+    if given.weights:
+        write(given.weights, real, ours, 1)
+    alone = table(real, ours, seeds) if seeds else []
+    if given.tell:
+        tell.table(real, ours, seeds)
+    if given.mistakes and alone:
         draw_mistakes(given.mistakes, alone[0], real, ours)
     print(f"\n{time.monotonic() - began:.0f} s")
 
