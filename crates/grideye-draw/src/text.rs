@@ -19,6 +19,22 @@ pub fn escape(text: &str) -> String {
     safe
 }
 
+/// For the middle of a sentence: the first letter in lower case.
+#[must_use]
+pub fn lower(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().into_iter().flat_map(char::to_lowercase);
+    first.collect::<String>() + letters.as_str()
+}
+
+/// For the beginning of one.
+#[must_use]
+pub fn upper(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.collect::<String>() + letters.as_str()
+}
+
 /// A number with fixed decimals and a true minus sign; never "−0".
 #[must_use]
 pub fn fixed(value: f64, decimals: usize) -> String {

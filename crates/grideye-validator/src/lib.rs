@@ -52,6 +52,8 @@ mod numbers;
 pub mod orient;
 pub mod report;
 mod scene_comparison;
+#[cfg(test)]
+mod tests;
 pub mod thresholds;
 mod verdict;
 

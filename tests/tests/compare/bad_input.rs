@@ -165,7 +165,7 @@ fn a_start_that_leaves_nothing_of_the_scene_is_refused() {
     let early = compare(WALK, &recording, &["--start", "-1"]);
     assert_eq!(early.code, 1, "{early:?}");
     assert!(
-        early.stdout.contains("would agree: --start 0.0"),
+        early.stdout.contains("Compare with `--start 0.0"),
         "{early:?}"
     );
 }
@@ -191,11 +191,11 @@ fn an_empty_room_refutes_a_person_and_tells_nothing_of_an_empty_scene() {
     let recording = bench.file("empty.csv", &rows);
     let claimed = compare(STILL, &recording, &[]);
     assert_eq!(claimed.code, 1, "{claimed:?}");
-    let why = "nobody is there, only the room and noise";
+    let why = "shows nobody, only the room and noise";
     assert!(claimed.stdout.contains(why), "{claimed:?}");
     cannot_tell(
         &compare(empty.to_str().unwrap(), &recording, &[]),
-        &["nothing but the room and noise"],
+        &["shows only the room and noise"],
     );
 }
 

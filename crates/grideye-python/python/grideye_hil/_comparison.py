@@ -99,10 +99,12 @@ class Comparison:
         pairs = np.array([[shot["real_c"], shot["simulated_c"]] for shot in film])
         real, simulated = pairs.reshape(len(film), 2, self._result["rows"], self._result["columns"]).swapaxes(0, 1)
         difference = real - simulated
-        most = max(1.0, float(np.abs(difference).max()))
+        # The scales of the report: whole degrees, and no noise as warmth.
+        most = max(2, np.ceil(np.abs(difference).max()))
+        coldest = np.floor(pairs.min())
         figure, axes = plt.subplots(3, len(film), figsize=(1.5 * len(film) + 1, 5), squeeze=False, layout="constrained")
         blue_to_red = matplotlib.colors.LinearSegmentedColormap.from_list("difference", ["#2166ac", "#f7f7f7", "#b2182b"])
-        temperatures = {"cmap": "inferno", "vmin": pairs.min(), "vmax": pairs.max()}
+        temperatures = {"cmap": "inferno", "vmin": coldest, "vmax": max(coldest + 4, np.ceil(pairs.max()))}
         rows = [("real", real, temperatures), ("simulated", simulated, temperatures)]
         rows += [("real - simulated", difference, {"cmap": blue_to_red, "vmin": -most, "vmax": most})]
         for row, (name, frames, colors) in zip(axes, rows):
@@ -133,7 +135,8 @@ class Comparison:
         ]
         head = cells("th", ["", *names])
         table = "".join(f"<tr>{row}</tr>" for row in [head, *rows])
-        reasons = cells("li", self.reasons)
+        # The first is the headline's.
+        reasons = cells("li", self.reasons[1:])
         headline = html.escape(self.headline)
         return f"<p><strong>{headline}</strong></p><ul>{reasons}</ul><table>{table}</table>"
 

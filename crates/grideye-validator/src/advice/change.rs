@@ -2,6 +2,7 @@
 
 use crate::align::Orientation;
 use crate::constants::{ABSENT, WITHIN_M};
+use crate::decision::contrast_in_words;
 use crate::decision::decide::How;
 use crate::decision::recording::Recording;
 use crate::decision::view::{Rendered, View};
@@ -73,7 +74,7 @@ pub(super) struct Row {
     steps: [f64; 2],
     /// Smaller ones are usual, and no mistake.
     least: f64,
-    /// What it changes, as part of a sentence, and how a user does.
+    /// What is so in the recording, and what a user does about it.
     says: fn(&Compared<'_>, &Change) -> (String, String),
 }
 
@@ -113,59 +114,59 @@ const AROUND: [[f64; 2]; 9] = {
 pub(super) const ROWS: &[Row] = &[
     Row { kind: Kind::Unit, number: |_, _| UNITS.len(), starts: alone, steps: [0.0; 2], least: 0.0, says: |_, change| {
         let (name, key, _) = UNITS[change.of];
-        (format!("the values read as {name}"), format!("convert the original file again with --columns unit={key}"))
+        (format!("the values are {name}"), format!("convert the original file again with `--columns unit={key}`"))
     } },
     Row { kind: Kind::Rate, number: of_walkers, starts: |_, _, _| [0.1, 0.5, 2.0, 10.0].map(|times| [times, 0.0]).into(), steps: [0.0; 2], least: 0.0, says: |compared, change| {
-        let (times, hz) = (fixed(change.by[0], 1), fixed(change.by[0] * compared.recording.hz(), 1));
-        (format!("frames {times} times as fast"), format!("convert the original file again with --rate {hz}"))
+        let (times, hz) = (fixed(1.0 / change.by[0], 1), fixed(compared.recording.hz() / change.by[0], 1));
+        (format!("the frames came {times} times as fast as their times say"), format!("convert the original file again with `--columns time=none --rate {hz}`"))
     } },
     Row { kind: Kind::Late, number: of_walkers, starts: delays, steps: [0.1, 0.0], least: 0.2, says: |compared, change| {
         // To a hundredth, and no negative zero.
         let start_s = (100.0 * (compared.start_s - change.by[0])).round() / 100.0 + 0.0;
         let (by, word) = signed(change.by[0], 2, ["later", "earlier"]);
-        (format!("the scene {by} s {word}"), format!("--start {start_s:.2}"))
+        (format!("everything happens {by} s {word} than in the scene"), format!("compare with `--start {start_s:.2}`"))
     } },
     Row { kind: Kind::Sensor, number: |compared, _| others(compared.scene, compared.sensor).count(), starts: alone, steps: [0.0; 2], least: 0.0, says: |compared, change| {
         let name = others(compared.scene, compared.sensor).nth(change.of).map_or("", |sensor| &sensor.name);
-        (format!("sensor `{name}`"), format!("--sensor {name}"))
+        (format!("the recording is of sensor `{name}`"), format!("compare with `--sensor {name}`"))
     } },
     Row { kind: Kind::Aside, number: |_, view| view.people.len(), starts: |_, _, _| AROUND.into(), steps: [0.25; 2], least: 0.2, says: |compared, change| {
-        let name = compared.person(change.of);
-        (format!("`{name}` {}", change.along()), format!("position_mm or trajectory of `{name}`"))
+        (format!("`{}` {}", compared.person(change.of), change.along()), compared.place_of(change))
     } },
     Row { kind: Kind::Place, number: once, starts: |_, _, _| AROUND.into(), steps: [0.25; 2], least: 0.2, says: |compared, change| {
         (format!("the sensor {}", change.along()), compared.pose_of(change))
     } },
     Row { kind: Kind::Height, number: once, starts: alone, steps: [0.3, 0.0], least: 0.1, says: |compared, change| {
         let (by, word) = signed(change.by[0], 2, ["higher", "lower"]);
-        (format!("the sensor {by} m {word}"), compared.pose_of(change))
+        (format!("the sensor is {by} m {word}"), compared.pose_of(change))
     } },
     Row { kind: Kind::Azimuth, number: once, starts: alone, steps: [12.0, 0.0], least: 4.0, says: |compared, change| {
-        (format!("the sensor turned by {}°", fixed(change.by[0], 0)), compared.pose_of(change))
+        (format!("the sensor is turned by {}°", fixed(change.by[0], 0)), compared.pose_of(change))
     } },
     Row { kind: Kind::Tilt, number: once, starts: alone, steps: [6.0; 2], least: 3.0, says: |compared, change| {
-        (format!("the sensor tilted by {}°", fixed(change.by[0].hypot(change.by[1]), 1)), compared.pose_of(change))
+        (format!("the sensor is tilted by {}°", fixed(change.by[0].hypot(change.by[1]), 1)), compared.pose_of(change))
     } },
     Row { kind: Kind::Room, number: once, starts: alone, steps: [3.0, 0.0], least: 1.0, says: |compared, change| {
         let (by, word) = signed(change.by[0], 1, ["warmer", "colder"]);
         let ambient_c = compared.scene.room().ambient_c + change.by[0];
-        (format!("the room {by} °C {word}"), format!("ambient_c = {ambient_c:.1}"))
+        (format!("the room is {by} °C {word}"), format!("set `ambient_c = {ambient_c:.1}`"))
     } },
     Row { kind: Kind::Object, number: |compared, _| compared.scene.objects().len().min(OBJECTS_MOST), starts: alone, steps: [4.0, 0.0], least: 1.5, says: |compared, change| {
         let object = &compared.scene.objects()[change.of];
         let (by, word) = signed(change.by[0], 1, ["warmer", "colder"]);
         let celsius = object.surface.celsius + change.by[0];
-        (format!("`{}` {by} °C {word}", object.name), format!("temperature_c = {celsius:.1}"))
+        (format!("`{}` is {by} °C {word}", object.name), format!("set `temperature_c = {celsius:.1}` of `{}`", object.name))
     } },
-    Row { kind: Kind::Contrast, number: |compared, _| compared.contrasts.len(), starts: |compared, of, _| contrast(compared, of), steps: [0.0; 2], least: 0.0, says: |_, change| {
-        (format!("{} times the scene's contrast", fixed(change.by[0], 1)), "change temperature_c, or person.clothing".to_owned())
+    Row { kind: Kind::Contrast, number: |compared, _| compared.contrasts.len(), starts: |compared, of, _| contrast(compared, of), steps: [0.0; 2], least: 0.0, says: |compared, change| {
+        let name = compared.scene.agents().get(change.of).map(|agent| agent.name.as_str());
+        (contrast_in_words(name, change.by[0]), "change `temperature_c` or `person.clothing`".to_owned())
     } },
     Row { kind: Kind::Without, number: |_, view| view.people.len(), starts: alone, steps: [0.0; 2], least: 0.0, says: |compared, change| {
         let name = compared.person(change.of);
-        (format!("the scene without `{name}`"), format!("remove `{name}`, or say when it is there"))
+        (format!("`{name}` was not there"), format!("remove `{name}` from the scene, or say when they are there"))
     } },
     Row { kind: Kind::More, number: |_, view| view.people.len().min(1), starts: alone, steps: [0.0; 2], least: 0.0, says: |_, _| {
-        ("one more person".to_owned(), "add an [[agent]]".to_owned())
+        ("one more person was there".to_owned(), "add an `[[agent]]`".to_owned())
     } },
 ];
 
@@ -312,7 +313,7 @@ impl Change {
 
     fn along(&self) -> String {
         let [x, y] = self.by.map(|by_m| fixed(by_m, 2));
-        format!("{x} m further in x and {y} m in y")
+        format!("is off by {x} m in x and {y} m in y")
     }
 
     /// The sensor's pose.
@@ -408,6 +409,22 @@ impl Compared<'_> {
             .map_or("", |agent| &agent.name)
     }
 
+    /// The changed place of a person.
+    fn place_of(&self, change: &Change) -> String {
+        let Some(agent) = self.scene.agents().get(change.of) else {
+            return String::new();
+        };
+        if agent.trajectory.is_some() {
+            return format!("move the trajectory of `{}` by that much", agent.name);
+        }
+        let place_m = agent.start_m + DVec3::new(change.by[0], change.by[1], 0.0);
+        let [x, y, z] = (1e3 * place_m).to_array();
+        format!(
+            "set `position_mm = [{x:.0}, {y:.0}, {z:.0}]` of `{}`",
+            agent.name
+        )
+    }
+
     /// The changed keys of the sensor's pose.
     fn pose_of(&self, change: &Change) -> String {
         let Ok(sensor) = self.scene.sensor(self.sensor) else {
@@ -416,13 +433,16 @@ impl Compared<'_> {
         let pose = change.pose(sensor.pose);
         let [x, y, z] = (1e3 * pose.position_m).to_array();
         let degrees = [pose.elevation_rad, pose.azimuth_rad, pose.roll_rad].map(f64::to_degrees);
-        match change.kind {
+        let keys = match change.kind {
             Kind::Azimuth => format!("azimuth_deg = {:.0}", degrees[1]),
             Kind::Tilt => {
-                let [elevation, azimuth, roll] = degrees.map(|angle| fixed(angle, 1));
-                format!("elevation_deg = {elevation}, azimuth_deg = {azimuth}, roll_deg = {roll}")
+                let [elevation, azimuth, roll] = degrees;
+                format!(
+                    "elevation_deg = {elevation:.1}, azimuth_deg = {azimuth:.1}, roll_deg = {roll:.1}"
+                )
             }
             _ => format!("position_mm = [{x:.0}, {y:.0}, {z:.0}]"),
-        }
+        };
+        format!("set `{keys}` of the sensor")
     }
 }

@@ -3,6 +3,8 @@
 pub(crate) mod change;
 mod remedy;
 mod search;
+#[cfg(test)]
+pub(crate) mod tests;
 
 pub(crate) use change::Compared;
 pub(crate) use remedy::{Remedy, remedy};

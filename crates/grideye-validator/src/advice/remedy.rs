@@ -6,7 +6,7 @@ use crate::align::Orientation;
 use crate::constants::{AS_MUCH, GAIN_MIN, MORE_GAIN, MORE_SHARE};
 use crate::decision::decide::decide;
 use crate::decision::view::{Rendered, View};
-use grideye_draw::text::fixed;
+use grideye_draw::text::{fixed, upper};
 use grideye_scene::SceneError;
 
 /// What is wrong most, and what to do about it.
@@ -105,46 +105,39 @@ impl Compared<'_> {
         Ok(decision.is_some_and(|decision| decision.is_agreed(self.how.right_min)))
     }
 
-    /// What is changed, and how.
+    /// What is so in the recording, and what to do about it.
     fn parts(&self, tried: &Tried) -> Vec<(String, String)> {
         let turned = (tried.turned != Orientation::Upright).then(|| {
-            let what = format!("the image, which is {}, turned back", tried.turned);
-            (what, "--align orientation".to_owned())
+            let what = format!("the image is {}", tried.turned);
+            (what, "compare with `--align orientation`".to_owned())
         });
         let change = (tried.change.kind != Kind::None).then(|| tried.change.says(self));
         turned.into_iter().chain(change).collect()
     }
 
-    fn told(&self, all: &[Tried], gain: impl Fn(&Tried) -> f64, is_agreed: bool) -> Remedy {
-        let with_command = |one: &Tried| {
-            let parts = self.parts(one).into_iter();
-            let parts: Vec<String> = parts.map(|(what, how)| format!("{what} ({how})")).collect();
-            parts.join(", and ")
+    pub(super) fn told(
+        &self,
+        all: &[Tried],
+        gain: impl Fn(&Tried) -> f64,
+        is_agreed: bool,
+    ) -> Remedy {
+        let in_words = |one: &Tried| {
+            let (whats, hows): (Vec<String>, Vec<String>) = self.parts(one).into_iter().unzip();
+            let percent = fixed(100.0 * gain(one), 0);
+            (whats.join(" and "), hows.join(", and "), percent)
         };
-        let percent = |one: &Tried| format!("{} %", fixed(100.0 * gain(one), 0));
-        let parts = self.parts(&all[0]);
-        let whats: Vec<&str> = parts.iter().map(|part| part.0.as_str()).collect();
-        let found = format!(
-            "{} of the difference would go with {}.",
-            percent(&all[0]),
-            whats.join(" and ")
-        );
-        let others = all[1..]
-            .iter()
-            .map(|one| format!(" {} would go with {}.", percent(one), with_command(one)));
-        let others: String = others.collect();
-        let step = match parts.as_slice() {
-            [(what, how)] if is_agreed => {
-                let (first, rest) = what.split_at(1);
-                format!("{}{rest} would agree: {how}.{others}", first.to_uppercase())
-            }
-            _ if is_agreed => format!("Together would agree: {}.", with_command(&all[0])),
-            _ => format!(
-                "No single change would agree. Of what differs from the scene, {} would go with {}.{others}",
-                percent(&all[0]),
-                with_command(&all[0])
-            ),
+        let (what, how, percent) = in_words(&all[0]);
+        let others = all[1..].iter().map(|one| {
+            let (what, how, percent) = in_words(one);
+            format!(" Less likely, {what} ({percent} % of the difference): {how}.")
+        });
+        let then = match is_agreed {
+            true => "the scene then agrees",
+            false => "the scene then comes nearest, but no single change makes it agree",
         };
-        Remedy { found, step }
+        Remedy {
+            found: format!("Most likely {what}, which explains {percent} % of the difference."),
+            step: format!("{}: {then}.{}", upper(&how), others.collect::<String>()),
+        }
     }
 }

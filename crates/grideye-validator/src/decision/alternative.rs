@@ -77,28 +77,25 @@ impl Alternative {
         all
     }
 
-    /// Ends "it could be …".
+    /// Ends "this recording also fits …".
     pub(crate) fn in_words(&self, view: &View) -> String {
         let name = |person: &usize| format!("`{}`", view.people[*person].name);
         let at = |index: usize| fixed(view.times_s[index], 1);
-        let later = |by_s: f64| match by_s < 0.0 {
-            true => format!("{} s earlier", fixed(-by_s, 1)),
-            false => format!("{} s later", fixed(by_s, 1)),
-        };
+        let later = |by_s: f64| if by_s < 0.0 { "earlier" } else { "later" };
         match self {
             Self::Nobody if view.people.is_empty() => "a room with nothing warm".to_owned(),
             Self::Nobody => "the room without its people".to_owned(),
-            Self::Missing(person) => format!("{} missing", name(person)),
+            Self::Missing(person) => format!("the scene without {}", name(person)),
             Self::Gone(person, part) => {
                 let (from, to) = (at(part.start), at(part.end - 1));
-                format!("{} gone from second {from} to {to}", name(person))
+                format!("{} away from second {from} to {to}", name(person))
             }
             Self::More([x, y]) => {
                 let (x, y) = (fixed(1e3 * x, 0), fixed(1e3 * y, 0));
                 format!("one more person at [{x}, {y}] mm")
             }
             Self::Follower(_) => "one more person who walks the same way".to_owned(),
-            Self::Turned(orientation) => format!("the image {orientation}"),
+            Self::Turned(orientation) => format!("an image that is {orientation}"),
             Self::Aside(person, by_m) => {
                 let toward = |(by_m, axis): (&f64, &str)| {
                     let sign = if *by_m < 0.0 { "-" } else { "+" };
@@ -106,14 +103,16 @@ impl Alternative {
                 };
                 let axes: Vec<String> = by_m.iter().zip(["x", "y"]).filter_map(toward).collect();
                 format!(
-                    "{} {} m further in {}",
+                    "{} {} m further toward {}",
                     name(person),
                     fixed(ASIDE_M, 1),
                     axes.join(" and ")
                 )
             }
-            Self::Later(by_s) => format!("the scene {}", later(*by_s)),
-            Self::Backwards => "the scene backwards".to_owned(),
+            Self::Later(by_s) => {
+                format!("the scene {} s {}", fixed(by_s.abs(), 1), later(*by_s))
+            }
+            Self::Backwards => "the scene in reverse".to_owned(),
         }
     }
 

@@ -253,10 +253,13 @@ pub(crate) fn decide(
     let (model, view) = (&worlds.model, &worlds.view);
     let spread = &right.spread;
     let worst = match is_empty {
-        true if view.people.is_empty() => {
-            "nothing warm is there, only the room and noise".to_owned()
+        true => {
+            let who = match view.people.is_empty() {
+                true => "nothing warm",
+                false => "nobody",
+            };
+            format!("the recording shows {who}, only the room and noise")
         }
-        true => "nobody is there, only the room and noise".to_owned(),
         false => spread.worst(&found, model, view),
     };
     let contrasts = found.contrasts.iter().zip(spread.contrasts(&found));

@@ -28,5 +28,5 @@ pub(crate) use alternative::Alternative;
 pub use decide::{Alternatively, Contrast, Decision, Finding, OFFSETS_M};
 pub(crate) use decide::{How, decide};
 pub(crate) use recording::Recording;
-pub(crate) use spread::Statistic;
+pub(crate) use spread::{Statistic, contrast_in_words};
 pub(crate) use view::{Image, Rendered, View};

@@ -280,14 +280,11 @@ impl Spread {
             let size = fixed(by_c.abs(), 1);
             let when = match stretch.len() == view.len() {
                 true => "all the time".to_owned(),
-                false => format!(
-                    "at second {} of the scene",
-                    fixed(view.times_s[stretch.start], 1)
-                ),
+                false => format!("at second {}", fixed(view.times_s[stretch.start], 1)),
             };
             let word = if is_warmer { "warmer" } else { "colder" };
             format!(
-                "{when}, rows {} and {}, columns {} and {} are {size} °C {word} than the scene",
+                "the pixels in rows {} and {} and columns {} and {} are {size} °C {word} than in the scene, {when}",
                 row + 1,
                 row + 2,
                 column + 1,
@@ -300,29 +297,33 @@ impl Spread {
                     true => (-statistics.lag_s, "earlier"),
                     false => (statistics.lag_s, "later"),
                 };
-                format!("it is {} s {word} than the scene", fixed(by, 2))
+                format!("the recording is {} s {word} than the scene", fixed(by, 2))
             }
-            Statistic::Misfit => "it differs from the scene all over".to_owned(),
+            Statistic::Misfit => "the whole image differs from the scene".to_owned(),
             Statistic::Block { is_warmer, stays } => block(is_warmer, stays),
             Statistic::Somewhere => format!(
-                "again and again it is warmer somewhere: {}",
+                "again and again some pixels are warmer than in the scene; most of all, {}",
                 block(true, false)
             ),
             Statistic::Contrast(subject) => {
-                let times = fixed(statistics.contrasts[subject], 2);
-                let name = view
-                    .people
-                    .get(subject)
-                    .map(|walker| format!("`{}`", walker.name));
-                let name = name.unwrap_or("what is warm".to_owned());
-                let why = match statistics.contrasts[subject] < ABSENT {
-                    true => ": it is not where or when the scene has it",
-                    false => "",
-                };
-                format!("{name} has {times} times the scene's contrast{why}")
+                let walker = view.people.get(subject);
+                let name = walker.map(|walker| walker.name.as_str());
+                contrast_in_words(name, statistics.contrasts[subject])
             }
             Statistic::Likeness(_) => likest(statistics, model, view),
         }
+    }
+}
+
+/// The contrast of this person, or of all objects, as a sentence without its end.
+pub(crate) fn contrast_in_words(person: Option<&str>, found: f64) -> String {
+    let name = person.map_or("what is warm".to_owned(), |name| format!("`{name}`"));
+    let times = format!("{} times the scene's", fixed(found, 2));
+    match found < ABSENT {
+        true => {
+            format!("{name} is not where or when the scene says: the contrast there is {times}")
+        }
+        false => format!("the contrast of {name} to the room is {times}"),
     }
 }
 
@@ -332,8 +333,11 @@ fn likest(statistics: &Statistics, model: &Model, view: &View) -> String {
     let near = statistics.likeness.iter().zip(&model.hypotheses);
     let near = near.filter(|(likeness, _)| **likeness < LIKE_MIN);
     match near.min_by(|a, b| a.0.abs().total_cmp(&b.0.abs())) {
-        None => "it does not look like the scene".to_owned(),
-        Some((_, hypothesis)) => format!("it looks more like {}", hypothesis.what.in_words(view)),
+        None => "the recording does not look like the scene".to_owned(),
+        Some((_, hypothesis)) => format!(
+            "the recording looks more like {} than like the scene",
+            hypothesis.what.in_words(view)
+        ),
     }
 }
 

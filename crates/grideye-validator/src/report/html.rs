@@ -7,11 +7,10 @@ use crate::report::image::{self, Shows};
 use crate::report::text::{Context, list, marked};
 use crate::report::{assumptions, criteria, paper, plots, scores};
 use crate::verdict::Verdict;
-use crate::verdict::types::upper;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use grideye_draw::Rgb;
-use grideye_draw::text::{escape, fixed, seconds, signed};
+use grideye_draw::text::{escape, fixed, seconds, signed, upper};
 use std::time::Duration;
 
 /// The comparison as one HTML file without scripts or network, readable in gray and in print.
@@ -88,10 +87,8 @@ fn verdict(comparison: &Comparison) -> String {
         .collect();
     format!(
         "<section class=\"verdict {verdict}\">\n<h1><span aria-hidden=\"true\">{mark}</span> {title}</h1>\n\
-         <p class=\"lead\">{}</p>\n{warnings}{next}{reasons}\
-         <details><summary>What would change it</summary><p>{}</p></details>\n</section>\n",
+         <p class=\"lead\">{}</p>\n{warnings}{next}{reasons}</section>\n",
         marked(&upper(found)),
-        marked(&judgment.would_change)
     )
 }
 

@@ -22,7 +22,11 @@ pub(crate) enum Shows {
 
 const CELL: usize = 40;
 
-/// The common scale of all real and simulated frames, rounded outwards to half degrees.
+/// The least that scales of temperatures and of differences show, as on the page: less would show noise as warmth.
+const SPAN_MIN_C: f64 = 4.0;
+const END_MIN_C: f64 = 2.0;
+
+/// The common scale of all real and simulated frames, from whole degrees to whole degrees.
 pub(crate) fn shared_range(comparison: &Comparison) -> (f64, f64) {
     let frames = comparison.film.iter();
     let values: Vec<f64> = frames
@@ -30,27 +34,24 @@ pub(crate) fn shared_range(comparison: &Comparison) -> (f64, f64) {
         .copied()
         .collect();
     let (coldest_c, warmest_c) = extremes(&values);
-    let ends = (
-        (coldest_c * 2.0).floor() / 2.0,
-        (warmest_c * 2.0).ceil() / 2.0,
-    );
-    let ambient_c = comparison.settings.ambient_c;
-    if ends.0 < ends.1 {
-        ends
-    } else {
-        (ambient_c - 0.5, ambient_c + 0.5)
-    }
+    let low_c = coldest_c.floor();
+    (low_c, warmest_c.ceil().max(low_c + SPAN_MIN_C))
 }
 
-/// The end of the scale of differences, rounded outwards to half degrees.
+/// The end of the scale of differences, in whole degrees.
 pub(crate) fn difference_limit(comparison: &Comparison) -> f64 {
     let frames = comparison.film.iter();
-    limit(frames.flat_map(|frame| differences(&frame.real, &frame.simulated)))
+    let all = frames.flat_map(|frame| differences(&frame.real, &frame.simulated));
+    largest(all).ceil().max(END_MIN_C)
 }
 
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |most, value| f64::max(most, value.abs()))
+}
+
+/// Of a map's values, in half degrees.
 fn limit(values: impl Iterator<Item = f64>) -> f64 {
-    let largest = values.fold(0.0, |most, value| f64::max(most, value.abs()));
-    ((largest * 2.0).ceil() / 2.0).max(0.5)
+    ((largest(values) * 2.0).ceil() / 2.0).max(0.5)
 }
 
 pub(crate) fn difference(real: &[f64], simulated: &[f64]) -> Vec<f64> {

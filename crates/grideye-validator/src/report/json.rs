@@ -56,7 +56,6 @@ pub fn summary(comparison: &Comparison, context: &Context) -> Value {
         "headline": judgment.headline,
         "next_step": judgment.next_step,
         "reasons": judgment.reasons,
-        "would_change": judgment.would_change,
         "criteria": judgment.criteria,
         "decision": comparison.decision,
         "protocol": comparison.settings.protocol,

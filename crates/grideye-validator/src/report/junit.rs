@@ -60,7 +60,7 @@ impl Case {
                 Verdict::CannotTell => State::Open,
             },
             message: judgment.headline.clone(),
-            details: format!("{judgment}{}", judgment.would_change),
+            details: judgment.to_string(),
         }
     }
 

@@ -4,7 +4,7 @@ pub(crate) mod judgment;
 mod scene_criteria;
 pub(crate) mod sensor_criteria;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 pub(crate) mod types;
 
 pub use types::{Criterion, Judgment, State, Verdict};

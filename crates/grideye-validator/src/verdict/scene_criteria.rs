@@ -1,12 +1,12 @@
 //! Whether the recording is the scene's, by the decision; and whether its level is.
 
-use crate::decision::{Alternative, Alternatively, Contrast, Decision, Finding, Statistic};
+use crate::decision::{
+    Alternative, Alternatively, Contrast, Decision, Finding, Statistic, contrast_in_words,
+};
 use crate::frames::RoomSource;
 use crate::thresholds::Thresholds;
-use crate::verdict::types::{
-    Evidence, Next, PROFILE, Question, State, WHOLE, Weighed, joined, upper,
-};
-use grideye_draw::text::fixed;
+use crate::verdict::types::{Criterion, Evidence, PROFILE, Question, State, WHOLE, joined};
+use grideye_draw::text::{fixed, upper};
 
 /// Alternatives named in one sentence.
 const NAMED_MOST: usize = 3;
@@ -15,7 +15,7 @@ pub(crate) fn scene(
     decision: &Decision,
     evidence: &Evidence<'_>,
     thresholds: &Thresholds,
-) -> [Weighed; 3] {
+) -> [Criterion; 3] {
     [
         right(decision, thresholds),
         contrast(decision),
@@ -23,29 +23,21 @@ pub(crate) fn scene(
     ]
 }
 
-fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
+fn right(decision: &Decision, thresholds: &Thresholds) -> Criterion {
     let asked = Question {
         name: "right",
         title: "A right recording may look like this",
         keys: &["right_min", "background_spread_c"],
     };
     if decision.right > thresholds.right_min {
-        let aside = decision
-            .refused_aside_m
-            .map(|aside_m| format!("a person {} m aside", fixed(aside_m, 2)));
-        let [earlier, later] = decision.delay_range_s.map(|by_s| fixed(by_s.abs(), 2));
-        // A scene in which nothing moves is the same at any time.
-        let delay = (later != "0.00")
-            .then(|| format!("a recording more than {earlier} s earlier or {later} s later"));
-        let turns: Vec<String> = aside.into_iter().chain(delay).collect();
-        return asked.weighed(State::Met, as_claimed(decision), ("", turns.join(", ")));
+        return asked.answered(State::Met, as_claimed(decision));
     }
     let step = match decision.cause {
         _ if decision.is_empty => NOBODY,
         _ if decision.contrasts.iter().any(Contrast::is_absent) => ELSEWHERE,
         Statistic::Contrast(_) => WARMTH,
         Statistic::Lag => {
-            "Check in which second of the scene the recording starts (`--start`), and the clocks."
+            "Check at which second of the scene the recording starts (`--start`), and the clocks."
         }
         Statistic::Somewhere
         | Statistic::Block {
@@ -54,30 +46,27 @@ fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
             "Check what is warm there: a person or an object that the scene lacks, or that is elsewhere."
         }
         Statistic::Block { .. } => {
-            "Check whether what the scene has there was there, and its place and temperature."
+            "Check that what the scene has there was there, and its place and temperature."
         }
         Statistic::Misfit | Statistic::Likeness(_) => {
-            "Check that people, objects and sensor are where the scene has them; mark uncertain values with [[uncertain]] and run `grideye calibrate`."
+            "Check that people, objects and sensor are where the scene has them; mark uncertain values with `[[uncertain]]` and run `grideye calibrate`."
         }
     };
-    asked.weighed(
-        State::Failed,
-        upper(&decision.worst) + ".",
-        (step, "a recording nearer to the scene"),
-    )
+    asked.failed(upper(&decision.worst) + ".", step)
 }
 
 /// What was found, and what of another kind would have been noticed.
 fn as_claimed(decision: &Decision) -> String {
     let later = fixed(decision.delay_range_s[1], 2);
+    // A scene in which nothing moves is the same at any time.
     let moves = later != "0.00";
     let people = decision.contrasts.iter();
     let people: Vec<&String> = people.filter_map(|one| one.of.as_ref()).collect();
-    let (who, them) = match people.as_slice() {
-        [] => ("What is warm is".to_owned(), "it"),
-        [one] => (format!("`{one}` is"), "them"),
-        [_, _] => ("Both people are".to_owned(), "them"),
-        more => (format!("All {} people are", more.len()), "them"),
+    let who = match people.as_slice() {
+        [] => "Everything warm is".to_owned(),
+        [one] => format!("`{one}` is"),
+        [_, _] => "Both people are".to_owned(),
+        more => format!("All {} people are", more.len()),
     };
     let place = if moves { "where and when" } else { "where" };
     let excludes = |sought: fn(&Alternative) -> bool| {
@@ -93,8 +82,8 @@ fn as_claimed(decision: &Decision) -> String {
     let noticed = [
         decision
             .refused_aside_m
-            .map(|aside_m| format!("{} m aside", fixed(aside_m, 2))),
-        moves.then(|| format!("{later} s later")),
+            .map(|aside_m| format!("a person {} m aside", fixed(aside_m, 2))),
+        moves.then(|| format!("a start {later} s later")),
         excludes(more).then(|| "one more person".to_owned()),
         (people.is_empty() && excludes(nobody)).then(|| "a room with nothing warm".to_owned()),
     ];
@@ -102,112 +91,101 @@ fn as_claimed(decision: &Decision) -> String {
     let noticed: Vec<&str> = noticed.iter().map(String::as_str).collect();
     let rest = match noticed.as_slice() {
         [] => String::new(),
-        some => format!(": {} would have been noticed", joined(some, "or")),
+        some => {
+            let noticed = upper(&joined(some, "or"));
+            format!(" {noticed} would have been noticed.")
+        }
     };
-    format!("{who} {place} the scene has {them}{rest}.")
+    format!("{who} {place} the scene says.{rest}")
 }
 
 const WARMTH: &str =
-    "Check the temperatures of people and objects, and what the people wear (person.clothing).";
+    "Check the temperatures of people and objects, and what the people wear (`person.clothing`).";
 
-const NOBODY: &str = "Check whether what the scene has was there when this was recorded, and the second of the scene at which the recording starts (`--start`).";
+const NOBODY: &str = "Check that the people and objects of the scene were there, and at which second of the scene the recording starts (`--start`).";
 
-const ELSEWHERE: &str = "Check the second of the scene at which the recording starts (`--start`), the places of people and sensor, and how the image lies (`--align orientation`).";
+const ELSEWHERE: &str = "Check at which second of the scene the recording starts (`--start`), where people and sensor are, and how the image lies (`--align orientation`).";
 
-fn contrast(decision: &Decision) -> Weighed {
+fn contrast(decision: &Decision) -> Criterion {
     let asked = Question {
         name: "contrast",
         title: "As warm as in the scene",
         keys: &[],
     };
-    let name = |one: &Contrast| match &one.of {
-        Some(name) => format!("`{name}`"),
-        None => "What is warm".to_owned(),
+    let in_words = |one: &Contrast| {
+        let [low, high] = one.range.map(|end| fixed(end, 2));
+        let found = upper(&contrast_in_words(one.of.as_deref(), one.found));
+        format!("{found}; {low} to {high} is allowed.")
     };
-    let range = |one: &Contrast| one.range.map(|end| fixed(end, 2));
     if let Some(off) = decision.off_contrast() {
-        let [low, high] = range(off);
-        let (name, found) = (name(off), fixed(off.found, 2));
-        let (why, step) = match off.is_absent() {
-            _ if decision.is_empty => (": the recording shows only the room", NOBODY),
-            true => (": it is not where or when the scene has it", ELSEWHERE),
-            false => ("", WARMTH),
+        let step = match off.is_absent() {
+            _ if decision.is_empty => NOBODY,
+            true => ELSEWHERE,
+            false => WARMTH,
         };
-        let sentence = format!(
-            "{name} has {found} times the scene's contrast{why}; {low} to {high} is what the scene leaves open."
-        );
-        let turn = format!("{low} to {high} times the scene's contrast");
-        return asked.weighed(State::Failed, sentence, (step, turn));
+        return asked.failed(in_words(off), step);
     }
-    let found = decision.contrasts.iter().map(|one| {
-        let [low, high] = range(one);
-        format!(
-            "{} has {} times the scene's contrast ({low} to {high})",
-            name(one),
-            fixed(one.found, 2)
-        )
-    });
-    let found: Vec<String> = found.collect();
-    let first = decision.contrasts.first().map(range).unwrap_or_default();
-    let turn = format!("a contrast below {} or above {}", first[0], first[1]);
-    asked.weighed(State::Met, found.join("; ") + ".", ("", turn))
+    let found: Vec<String> = decision.contrasts.iter().map(in_words).collect();
+    asked.answered(State::Met, found.join(" "))
 }
 
-fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
+fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Criterion {
     let asked = Question {
         name: "told_apart",
         title: "Nothing else explains it",
         keys: &["background_spread_c"],
     };
     let listed = |all: &[&Alternatively]| {
-        let named: Vec<&str> = all
-            .iter()
-            .take(NAMED_MOST)
-            .map(|one| one.what.as_str())
-            .collect();
-        let more = match all.len().saturating_sub(NAMED_MOST) {
-            0 => String::new(),
-            more => format!(", or {more} more"),
-        };
-        named.join(", or ") + &more
+        let mut named: Vec<&str> = all.iter().map(|one| one.what.as_str()).collect();
+        let more = format!("{} more", all.len().saturating_sub(NAMED_MOST));
+        if all.len() > NAMED_MOST {
+            named.truncate(NAMED_MOST);
+            named.push(&more);
+        }
+        joined(&named, "or")
     };
     let alike: Vec<&Alternatively> = decision.found(Finding::Same).collect();
     let same = match alike.as_slice() {
         [] => String::new(),
-        alike => format!(" This sensor cannot tell it from {}.", listed(alike)),
+        alike => format!(
+            " To this sensor, the scene looks the same as {}.",
+            listed(alike)
+        ),
     };
     let is_unknown = evidence.prior.pattern.from == RoomSource::Scene;
     if is_unknown && !evidence.prior.has_people {
-        let sentence = "The scene has no people, and an unknown unit and room may hide one who is little warmer.";
-        return asked.weighed(State::Open, sentence, PROFILE);
+        let sentence = "The scene has no people, but without a profile of this sensor a person who is little warmer than the room would not be noticed.";
+        return asked.with_next(State::Open, sentence, PROFILE);
     }
     let untold: Vec<&Alternatively> = decision.found(Finding::Open).collect();
     if untold.is_empty() {
         let number = decision.alternatives.len() - alike.len();
-        let sentence = format!("No other explanation fits ({number} considered).{same}");
-        return asked.weighed(State::Met, sentence, Next::default());
+        let none = match number {
+            1 => "The other explanation does not fit.".to_owned(),
+            _ => format!("None of {number} other explanations fits."),
+        };
+        return asked.answered(State::Met, none + &same);
     }
-    let sentence = format!("It could also be {}.{same}", listed(&untold));
-    asked.weighed(State::Open, sentence, tells_apart(evidence))
+    let sentence = format!(
+        "The recording fits the scene, but it would also fit {}.{same}",
+        listed(&untold)
+    );
+    asked.with_next(State::Open, sentence, tells_apart(evidence))
 }
 
 /// What would tell.
-fn tells_apart(evidence: &Evidence<'_>) -> Next {
+fn tells_apart(evidence: &Evidence<'_>) -> String {
     if evidence.prior.torn().is_some() {
-        return WHOLE.into();
+        return WHOLE.to_owned();
     }
-    let (step, turns) = match evidence.prior.pattern.from {
+    let step = match evidence.prior.pattern.from {
         RoomSource::Scene => PROFILE,
-        _ => (
-            "Record for longer, with people who walk through the whole view.",
-            "a longer recording, with people who walk through the whole view",
-        ),
+        _ => "Record for longer, with people who walk through the whole view.",
     };
-    let known = "If you know more than the scene leaves open, give a smaller sd in [[uncertain]].";
-    (format!("{step} {known}"), turns).into()
+    format!("{step} If you know the scene more exactly, give a smaller `sd` in `[[uncertain]]`.")
 }
 
-pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
+pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Criterion {
     let offset_c = evidence.offset_c;
     let (most_c, limit, source, keys): (f64, String, &str, &[&str]) = match evidence.prior.level_c {
         Some(own_c) => {
@@ -229,12 +207,6 @@ pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed
         title: "The level is the scene's",
         keys,
     };
-    let (state, step, turn) = if offset_c.abs() <= most_c {
-        (State::Met, "", "beyond")
-    } else {
-        let step = "Measure the air in the room and set ambient_c in the scene. If it is right already, measure the sensor's level with `grideye characterize`.";
-        (State::Failed, step, "within")
-    };
     let size = fixed(offset_c.abs(), 2);
     let direction = if offset_c < 0.0 { "colder" } else { "warmer" };
     let sentence = match size.as_str() {
@@ -243,11 +215,16 @@ pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed
             "The recording is {size} °C {direction} than the scene overall; {source} allows {limit} °C."
         ),
     };
-    let turn = format!("a common offset {turn} {limit} °C");
-    asked.weighed(state, sentence, (step, turn))
+    if offset_c.abs() <= most_c {
+        return asked.answered(State::Met, sentence);
+    }
+    asked.failed(
+        sentence,
+        "Measure the air in the room and set `ambient_c` in the scene. If it is right already, measure the sensor's level with `grideye characterize`.",
+    )
 }
 
-pub(crate) fn drift(evidence: &Evidence<'_>) -> Weighed {
+pub(crate) fn drift(evidence: &Evidence<'_>) -> Criterion {
     let asked = Question {
         name: "drift",
         title: "The level keeps to the scene's",
@@ -256,11 +233,13 @@ pub(crate) fn drift(evidence: &Evidence<'_>) -> Weighed {
     let [found_c, most_c] = evidence.prior.drift_c;
     let (found, most) = (fixed(found_c, 2), fixed(most_c, 2));
     let sentence = format!(
-        "The recording drifts by {found} °C against the scene, all pixels together; {most} °C is usual in this time."
+        "All pixels together drift by {found} °C against the scene; {most} °C is usual in this time."
     );
     if found_c <= most_c {
-        return asked.weighed(State::Met, sentence, Next::default());
+        return asked.answered(State::Met, sentence);
     }
-    let step = "Let the sensor warm up before recording; or add to the scene what heats or cools the room.";
-    asked.weighed(State::Failed, sentence, (step, "a steady level"))
+    asked.failed(
+        sentence,
+        "Let the sensor warm up before recording, or add to the scene what heats or cools the room.",
+    )
 }

@@ -32,7 +32,6 @@ pub struct Judgment {
     pub next_step: String,
     /// Each reason is a finding and the next step. The first is the headline's.
     pub reasons: Vec<String>,
-    pub would_change: String,
     /// All criteria in a fixed order, including those not asked.
     pub criteria: Vec<Criterion>,
 }
@@ -44,8 +43,7 @@ impl Display for Judgment {
         if !self.next_step.is_empty() {
             writeln!(formatter, "  Next: {}", self.next_step)?;
         }
-        let agreed = (self.verdict == Verdict::Agrees).then_some(&self.would_change);
-        let mut others = self.reasons.iter().skip(1).chain(agreed);
+        let mut others = self.reasons.iter().skip(1);
         others.try_for_each(|line| writeln!(formatter, "  {line}"))
     }
 }
@@ -137,7 +135,7 @@ impl Question {
         self.with_next(State::Failed, sentence, next_step)
     }
 
-    fn with_next(
+    pub(crate) fn with_next(
         &self,
         state: State,
         sentence: impl Into<String>,
@@ -152,54 +150,13 @@ impl Question {
             keys: self.keys,
         }
     }
-
-    pub(crate) fn weighed(
-        &self,
-        state: State,
-        sentence: impl Into<String>,
-        next: impl Into<Next>,
-    ) -> Weighed {
-        let Next { step, turn } = next.into();
-        Weighed {
-            criterion: self.with_next(state, sentence, step),
-            turn,
-        }
-    }
-}
-
-/// What to do about a finding, as an instruction and as a noun phrase.
-#[derive(Default)]
-pub(crate) struct Next {
-    pub(crate) step: String,
-    /// What would break a met criterion, mend a failed one, or settle an open one.
-    pub(crate) turn: String,
-}
-
-impl<S: Into<String>, T: Into<String>> From<(S, T)> for Next {
-    fn from((step, turn): (S, T)) -> Self {
-        Self {
-            step: step.into(),
-            turn: turn.into(),
-        }
-    }
-}
-
-pub(crate) struct Weighed {
-    pub(crate) criterion: Criterion,
-    pub(crate) turn: String,
 }
 
 /// How to tell a unit's fixed pattern from the scene.
-pub(crate) const PROFILE: (&str, &str) = (
-    "Measure the empty room with `grideye characterize` on a recording of it, and pass the result with `--profile`.",
-    "a profile of this sensor in the empty room (`grideye characterize`, then `--profile`)",
-);
+pub(crate) const PROFILE: &str = "Record the empty room, measure it with `grideye characterize`, and compare again with `--profile`.";
 
 /// How to record whole frames.
-pub(crate) const WHOLE: (&str, &str) = (
-    "Read all 64 pixels in one burst (one I2C transfer of 128 bytes) as soon as the sensor has written them, as `grideye-agent` does, and record again.",
-    "a recording whose frames are read in one burst",
-);
+pub(crate) const WHOLE: &str = "Read all 64 pixels in one burst (one I2C transfer of 128 bytes) as soon as the sensor has written them, as `grideye-agent` does, and record again.";
 
 impl Prior {
     /// What is wrong with a recording of which most frames are torn.
@@ -211,26 +168,11 @@ impl Prior {
     }
 }
 
-/// For the middle of a sentence: the first letter in lower case.
-pub(crate) fn lower(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| {
-        first.to_lowercase().chain(letters).collect()
-    })
-}
-
-/// For the beginning of one.
-pub(crate) fn upper(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| {
-        first.to_uppercase().chain(letters).collect()
-    })
-}
-
 pub(crate) fn joined(pieces: &[&str], word: &str) -> String {
     match pieces {
-        [] => "nothing that was asked".to_owned(),
+        [] => String::new(),
         [one] => (*one).to_owned(),
+        [one, other] => format!("{one} {word} {other}"),
         [others @ .., last] => format!("{}, {word} {last}", others.join(", ")),
     }
 }

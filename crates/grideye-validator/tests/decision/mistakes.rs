@@ -102,22 +102,14 @@ const KINDS: [Kind; 15] = [
     ),
     Kind(
         "too many",
-        "without `bert`",
+        "`bert` was not there",
         [
             Wrong::Scene(|room| room.bert = true),
             Wrong::Scene(|room| room.bert = true),
         ],
     ),
-    Kind(
-        "10 Hz as 1 Hz",
-        "times as fast",
-        [Wrong::Apart(10.0, 10.0); 2],
-    ),
-    Kind(
-        "1 Hz as 10 Hz",
-        "times as fast",
-        [Wrong::Apart(1.0, 0.1); 2],
-    ),
+    Kind("10 Hz as 1 Hz", "--rate 10", [Wrong::Apart(10.0, 10.0); 2]),
+    Kind("1 Hz as 10 Hz", "--rate 1.0", [Wrong::Apart(1.0, 0.1); 2]),
     Kind(
         "fahrenheit",
         "Fahrenheit",
@@ -147,7 +139,7 @@ const KINDS: [Kind; 15] = [
     Kind("1 s", "--start", [Wrong::LateS(1.0), Wrong::LateS(-1.0)]),
     Kind(
         "aside",
-        "position",
+        "trajectory of `anna`",
         [
             Wrong::Scene(|room| room.anna_aside_m = 0.5),
             Wrong::Scene(|room| room.anna_aside_m = -0.5),

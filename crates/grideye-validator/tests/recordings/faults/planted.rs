@@ -137,7 +137,7 @@ fn a_symmetric_scene_is_reported_as_symmetric() {
         let mut criteria = comparison.judgment.criteria.iter();
         let told = criteria.find(|criterion| criterion.name == "told_apart");
         let told = told.unwrap();
-        let says = "cannot tell it from the image mirrored top to bottom";
+        let says = "looks the same as an image that is mirrored top to bottom";
         assert_eq!(
             told.sentence.contains(says),
             is_symmetric,
