@@ -64,7 +64,7 @@ export class History {
     if (points.length === 0) return;
     const { span, step } = SPANS.find(({ span }) => points[0].at > now - span) ?? SPANS.at(-1);
     const [least, greatest] = extremesOf(points);
-    const range = rangeOf([least, greatest]);
+    const range = rangeOf(least, greatest);
     this.#label(span, step, range);
     const x = (at) => (1 - (now - at) / span) * width;
     const y = (celsius) => ((range.high - celsius) / (range.high - range.low)) * (height - 2) + 1;

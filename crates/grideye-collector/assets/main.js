@@ -1,21 +1,19 @@
 import { brought } from "./brought.js";
 import { Devices } from "./devices.js";
 import { follow } from "./feed.js";
+import { takeFiles } from "./files.js";
 import { commands } from "./keys.js";
 import { Library } from "./library.js";
 import { Look } from "./look.js";
-import { Playback } from "./playback.js";
+import { FILE, Playback } from "./playback.js";
 import { Recordings } from "./recordings.js";
 import { Sensor } from "./sensor.js";
 import { mayWrite, offerSignOut } from "./sign-out.js";
+import { putOn } from "./wall.js";
 import { say } from "./words.js";
 
 const TICK_MS = 50;
 const DIGITS = [..."123456789"];
-// With more sensors than this, each shows only its image, minimum, mean and maximum.
-const DETAILED_MAX = 2;
-// So many fill one screen, three in a row.
-const ON_A_SCREEN_MAX = 9;
 
 const LINK = {
   connecting: "connecting",
@@ -41,7 +39,6 @@ const beside = panel && new panel.Panel(document.querySelector("#beside"), {
   toggled: (open) => { document.querySelector("#wall").dataset.beside = open; },
 });
 const playback = new Playback(recordings, look);
-const narrow = matchMedia("(max-width: 60rem)");
 let view = "sensors";
 let large = null;
 let watched = null;
@@ -74,13 +71,7 @@ function take({ sensors: states }) {
 function arrange() {
   const sorted = [...sensors].sort(([a], [b]) => (a < b ? -1 : 1));
   const shown = sorted.filter(([key]) => !sensors.has(large) || key === large);
-  const elements = shown.map(([, sensor]) => sensor.element);
-  const same = elements.length === wall.children.length && elements.every((element, index) => element === wall.children[index]);
-  if (!same) wall.replaceChildren(...elements);
-  wall.dataset.count = shown.length;
-  wall.dataset.dense = shown.length > DETAILED_MAX;
-  if (shown.length > DETAILED_MAX && shown.length <= ON_A_SCREEN_MAX && !narrow.matches) wall.dataset.rows = Math.max(2, Math.ceil(shown.length / 3));
-  else delete wall.dataset.rows;
+  putOn(wall, shown.map(([, sensor]) => sensor.element));
   back.hidden = !sensors.has(large) || sensors.size === 1;
   for (const [key, { element }] of sensors) {
     const button = element.querySelector("[data-field=large]");
@@ -109,7 +100,7 @@ function show(key) {
 
 /** The view that the address names. */
 function viewOf(address) {
-  if (address.has("recording")) return "playback";
+  if (address.has("recording") || address.has("file")) return "playback";
   return ["devices", "recordings"].find((name) => address.has(name)) ?? "sensors";
 }
 
@@ -123,7 +114,7 @@ function followAddress() {
   for (const control of ["#look", "#unfold"]) document.querySelector(control).hidden = !["sensors", "playback"].includes(view);
   devices.show(view === "devices");
   library.show(view === "recordings");
-  playback.show(address.get("recording"));
+  playback.show(address.has("file") ? FILE : address.get("recording"));
   large = address.get("sensor");
   arrange();
   sensors.get(large)?.picture.focus();
@@ -179,7 +170,6 @@ look.listen(() => {
 for (const { id, title, href } of brought.links) {
   document.querySelector("nav").append(Object.assign(document.createElement("a"), { id, textContent: title, href }));
 }
-narrow.addEventListener("change", arrange);
 document.querySelector("#record").addEventListener("click", ({ target }) => {
   const open = target.ariaExpanded === "false";
   target.ariaExpanded = String(open);
@@ -190,6 +180,10 @@ back.addEventListener("click", () => show(null));
 document.addEventListener("click", ({ target }) => {
   const fold = target.closest(".fold");
   if (fold) fold.ariaExpanded = String(fold.ariaExpanded === "false");
+});
+takeFiles((file) => {
+  playback.open(file);
+  location.hash = `file=${encodeURIComponent(file.name)}`;
 });
 addEventListener("hashchange", followAddress);
 followAddress();

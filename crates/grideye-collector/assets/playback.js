@@ -10,11 +10,15 @@ import { Player, SPEEDS } from "./player.js";
 import { recordedAt } from "./recorded.js";
 import { factsOf } from "./recordings.js";
 import { Timeline } from "./timeline.js";
-import { count, minute, moment, place, say } from "./words.js";
+import { putOn } from "./wall.js";
+import { count, duration, minute, moment, place, say } from "./words.js";
 
 const element = (id) => document.querySelector(`#${id}`);
 const SKIPPED_S = 10;
 const TOGETHER_S = 1;
+
+/** In place of a recording's number: the file that was opened last, which the collector does not keep. */
+export const FILE = "file";
 
 export class Playback {
   #section = element("playback");
@@ -38,6 +42,7 @@ export class Playback {
   #length = 0;
   #beside;
   #watched = null;
+  #file = null;
 
   /** `recordings` is the list of all, `look` how images are drawn. */
   constructor(recordings, look) {
@@ -62,6 +67,13 @@ export class Playback {
     return new Map(this.#sensors.map((sensor) => [sensor.track.key, sensor]));
   }
 
+  /** Takes a file, which is shown under the number `FILE`. */
+  open(file) {
+    this.#file = file;
+    if (this.#id === FILE) this.#id = null;
+    if (!this.#section.hidden) this.show(FILE);
+  }
+
   /** Opens the recording with that number, or closes it with `null`. */
   async show(id) {
     this.#section.hidden = id === null;
@@ -70,13 +82,22 @@ export class Playback {
     this.#id = id;
     if (id === null) return;
     this.#recordings.refresh();
+    const file = id === FILE ? this.#file : null;
+    if (id === FILE && file === null) {
+      this.#load("This file is not open any more. Drop it on the page again.");
+      return;
+    }
     this.#load("Loading the frames …");
+    const path = file === null ? `/v1/recordings/${encodeURIComponent(id)}.frames` : `/v1/files?${new URLSearchParams({ name: file.name })}`;
+    const isOpen = () => this.#id === id && (file === null || file === this.#file);
     try {
-      const recorded = await recordedAt(`/v1/recordings/${encodeURIComponent(id)}.frames`);
+      const recorded = await recordedAt(path, file);
       // Another recording may be open by now.
-      if (this.#id === id) this.#take(recorded);
+      if (!isOpen()) return;
+      this.#take(recorded);
+      if (file !== null && recorded.tracks.length > 0) this.#player.toggle();
     } catch (error) {
-      if (this.#id === id) this.#load(error.message);
+      if (isOpen()) this.#load(error.message);
     }
   }
 
@@ -89,7 +110,8 @@ export class Playback {
   }
 
   #offerBeside() {
-    if (!this.#beside) return;
+    // The collector compares only what it has.
+    if (!this.#beside || this.#id === FILE) return;
     for (const sensor of this.#sensors) sensor.offerBeside(brought.panel.title);
     // A single sensor shows its last choice again.
     if (this.#sensors.length === 1) this.#watch(this.#sensors[0]);
@@ -165,24 +187,31 @@ export class Playback {
       return new PlayedSensor(this.#template, track, { look: this.#look, began_ms, beside });
     });
     this.#offerBeside();
-    this.#wall.dataset.count = tracks.length;
-    this.#wall.replaceChildren(...this.#sensors.map((sensor) => sensor.element));
+    putOn(this.#wall, this.#sensors.map((sensor) => sensor.element));
     this.#transport.hidden = false;
     this.#timeline.take(tracks, length);
     this.#player.load(length);
     // Sensors measure at different moments. It opens where all that began together have a frame.
     const begun = tracks.map(({ times }) => times[0]).filter((seconds) => seconds < TOGETHER_S);
     this.#player.seek(Math.max(...begun));
-    this.#labels.take(this.#id, tracks);
+    if (this.#id !== FILE) this.#labels.take(this.#id, tracks);
     this.#describe();
   }
 
   #describe() {
+    element("playback").dataset.file = this.#id === FILE;
+    if (this.#id === FILE) {
+      say(element("played-name"), this.#file?.name ?? "");
+      say(element("played-facts"), this.#sensors.length === 0 ? "" : `${count(this.#sensors.length, "sensor", "sensors")} · ${duration(this.#length)} · a file on this computer, not stored`);
+      return;
+    }
     const recording = this.#recordings.all.find(({ id }) => String(id) === this.#id);
     if (!recording) return;
     say(element("played-name"), recording.name);
     const running = recording.running ? " · reopen it to see newer frames" : "";
-    say(element("played-facts"), `${minute(recording.t_start_ns / 1e6)} · ${factsOf(recording)}${running}`);
+    // How long its frames last: those of a file arrive at once.
+    const length = recording.running || this.#sensors.length === 0 ? undefined : duration(this.#length);
+    say(element("played-facts"), `${minute(recording.t_start_ns / 1e6)} · ${factsOf(recording, length)}${running}`);
     this.#note.take(recording);
     const runs = this.#sensors.flatMap(({ track }) => track.boots.map((boot) => ({ device: track.device, sensor: track.sensor, boot })));
     offerFiles(element("downloads"), recording, runs, (error) => complain(element("played-trouble"), error));
@@ -195,7 +224,8 @@ export class Playback {
     this.#timeline.point(at, said[0]);
     this.#labels.moved();
     say(element("time"), `${place(at)} / ${place(this.#length)}`);
-    say(element("wall-time"), moment(this.#began_ms + at * 1000));
+    // A file may say nothing of the day.
+    say(element("wall-time"), this.#began_ms > 0 ? moment(this.#began_ms + at * 1000) : "");
     const button = this.#transport.querySelector("[data-does=play]");
     say(button, playing ? "Pause" : "Play");
     button.setAttribute("aria-pressed", String(playing));

@@ -78,7 +78,7 @@ export class PlayedSensor {
     say(this.#fields.veil, why ?? "");
     say(this.#fields.clock, clock ?? "–");
     say(this.#fields.boot, boot ?? "–");
-    say(this.#fields.measured, frame ? timeOfDay(this.#began_ms + seconds * 1000) : "–");
+    say(this.#fields.measured, frame && this.#began_ms > 0 ? timeOfDay(this.#began_ms + seconds * 1000) : "–");
     if (!frame) {
       this.#picture.clear();
       return why;

@@ -7,9 +7,9 @@ const NS = 1e9;
 /** In place of a thermistor that is not known. */
 const NO_THERMISTOR = -32768;
 
-/** The frames of a recording by sensor. Throws an error that a person can read. */
-export async function recordedAt(path) {
-  const response = await fetch(path).catch(() => {
+/** The frames of a recording by sensor; of a file, if there is one. Throws an error that a person can read. */
+export async function recordedAt(path, file = null) {
+  const response = await fetch(path, file === null ? {} : { method: "POST", body: file }).catch(() => {
     throw new Error("The collector cannot be reached. Check that it runs, and open the recording again.");
   });
   if (!response.ok) throw new Error(await refusalOf(response));

@@ -127,8 +127,8 @@ export function lengthOf(recording) {
 }
 
 /** One line: length, frames, sensors, missing frames. */
-export function factsOf(recording) {
-  const parts = [lengthOf(recording), recording.frames > 0 ? count(recording.frames, "frame", "frames") : "no frames"];
+export function factsOf(recording, length = lengthOf(recording)) {
+  const parts = [length, recording.frames > 0 ? count(recording.frames, "frame", "frames") : "no frames"];
   if (recording.sensors > 0) parts.push(count(recording.sensors, "sensor", "sensors"));
   if (recording.missing > 0) parts.push(`${recording.missing.toLocaleString("en")} missing`);
   return parts.join(" · ");

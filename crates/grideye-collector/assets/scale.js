@@ -7,15 +7,10 @@ const RECENT = 50;
 const SPARE_CELSIUS = 0.5;
 const STEPS = [0.25, 0.5, 1, 2, 5, 10, 20, 50];
 
-/** Whole degrees around some temperatures, so that noise does not move the scale. */
-export function rangeOf(celsius) {
-  let low = Math.floor(Math.min(...celsius));
-  let high = Math.ceil(Math.max(...celsius));
-  while (high - low < SPAN_MIN_CELSIUS) {
-    high += 1;
-    if (high - low < SPAN_MIN_CELSIUS) low -= 1;
-  }
-  return { low, high };
+/** Whole degrees from some temperatures on, so that noise does not move the scale, and sensors of one room begin alike. */
+export function rangeOf(least, most) {
+  const low = Math.floor(least);
+  return { low, high: Math.max(low + SPAN_MIN_CELSIUS, Math.ceil(most)) };
 }
 
 /**
@@ -27,17 +22,23 @@ export class Steady {
   #recent = [];
 
   fit(celsius) {
-    const [least, most] = [Math.min(...celsius), Math.max(...celsius)];
+    const [least, most] = boundsOf(celsius);
     this.#recent.push([least, most]);
     if (this.#recent.length > RECENT) this.#recent.shift();
     const { low, high } = this.#range ?? { low: Infinity, high: -Infinity };
     const apart = least < low - SPARE_CELSIUS || most > high + SPARE_CELSIUS;
     const spare = apart ? 0 : SPARE_CELSIUS;
-    const around = rangeOf([Math.min(...this.#recent.map(([one]) => one)) - spare, Math.max(...this.#recent.map(([, one]) => one)) + spare]);
+    const around = rangeOf(Math.min(...this.#recent.map(([one]) => one)) - spare, Math.max(...this.#recent.map(([, one]) => one)) + spare);
     const shrinks = this.#recent.length === RECENT && around.high - around.low < high - low;
     if (apart || shrinks) this.#range = around;
     return this.#range;
   }
+}
+
+/** What all but the coldest twentieth is above, and the warmest: people are few pixels, and a single cold one is noise. */
+function boundsOf(celsius) {
+  const sorted = [...celsius].sort((one, other) => one - other);
+  return [sorted[Math.floor(sorted.length / 20)], sorted.at(-1)];
 }
 
 /** The range that holds all of these. */

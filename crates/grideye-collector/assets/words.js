@@ -42,6 +42,14 @@ export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+/** The same with what stands between backticks as code. */
+export function sayMarked(element, text) {
+  if (element.dataset.said === text) return;
+  element.dataset.said = text;
+  const pieces = text.split("`").map((piece, index) => (index % 2 === 0 ? piece : Object.assign(document.createElement("code"), { textContent: piece })));
+  element.replaceChildren(...pieces);
+}
+
 const DAY_AND_TIME = new Intl.DateTimeFormat(undefined, { dateStyle: "medium", timeStyle: "medium" });
 const DAY_AND_MINUTE = new Intl.DateTimeFormat(undefined, { dateStyle: "medium", timeStyle: "short" });
 const TIME_OF_DAY = new Intl.DateTimeFormat(undefined, {

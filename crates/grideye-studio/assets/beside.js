@@ -5,6 +5,7 @@ import { brought } from "./brought.js";
 import { DIFFERENCES, rangeAround, signed, summed } from "./difference.js";
 import { HeatMap } from "./heatmap.js";
 import { keep, kept } from "./keep.js";
+import { offer } from "./offers.js";
 import { RoomView } from "./room-view.js";
 import { Steady, cssOf, labelTicks, paintBar } from "./scale.js";
 import { Scores } from "./scores.js";
@@ -87,7 +88,7 @@ export class Beside {
     this.#drawn = null;
     this.#steady = new Steady();
     this.#values = null;
-    this.#chosen = source === null ? NOTHING : kept(`beside.${source.key}`, NOTHING);
+    this.#chosen = source === null ? NOTHING : kept(`beside.${source.key}`, null) ?? this.#assumed(source);
     if (source !== null && this.#opening !== null) {
       this.#change({ ...NOTHING, ...this.#opening, open: true });
       this.#opening = null;
@@ -104,7 +105,7 @@ export class Beside {
     this.#open();
     if (!this.#chosen.open) return;
     await this.#offer();
-    this.#fields.choice.focus();
+    this.#root.querySelector(this.#scene === null ? ".offers button" : "[data-field=choice]")?.focus();
   }
 
   /** The orientation of the images. */
@@ -137,6 +138,11 @@ export class Beside {
     return { figure, heat, veil: figure.querySelector(".veil") };
   }
 
+  /** The scene that a recording's sensor was last beside, live. */
+  #assumed({ device, sensor, recording }) {
+    return recording === undefined ? NOTHING : { ...kept(`beside.${device}/${sensor}`, NOTHING), open: false };
+  }
+
   #open() {
     const open = this.#source !== null && this.#chosen.open;
     if (open !== this.#root.isConnected) this.#place.replaceChildren(...(open ? [this.#root] : []));
@@ -162,6 +168,7 @@ export class Beside {
     this.#scenes = answer.scenes;
     const options = this.#scenes.flatMap(optionsOf);
     this.#fields.choice.replaceChildren(new Option("Choose a scene", ""), ...options);
+    offer(this.#fields.offers, this.#scenes, this.#source.sensor, (name, sensor) => this.#choose(JSON.stringify([name, sensor])));
     this.#take();
   }
 
@@ -182,11 +189,13 @@ export class Beside {
     this.#fields.again.checked = this.#chosen.again;
     this.#fields.seconds.value = this.#chosen.seconds;
     say(this.#fields.about, this.#scene === null ? "" : `${this.#scene.title} The simulation has no noise.`);
-    this.#scores.none(this.#scene === null ? "Choose the scene that the sensor is in." : "Comparing the first frames.");
+    const offered = this.#scenes.length === 0 ? "There is no scene in the folder to compare with." : "Choose the scene that the sensor is in.";
+    this.#scores.none(this.#scene === null ? offered : "Comparing the first frames.");
     this.#root.dataset.chosen = this.#scene !== null;
     if (this.#scene === null) {
       const lost = name !== null ? `The scene ${name} with an 8 x 8 sensor ${sensor} no longer exists.` : "";
       this.#complain(lost ? { message: lost } : null);
+      this.#draw();
       return;
     }
     this.#rooms = new Rooms(this.#scene, (error) => {
@@ -301,7 +310,7 @@ export class Beside {
     const known = moment.state === "within";
     const words = agents.map(({ name, place: [x, y] }) => `${name} at ${x.toFixed(2)} m from the left, ${y.toFixed(2)} m from the front`);
     const when = known ? "" : ` (at the ${moment.state === "ended" ? "end" : "start"} of the scene)`;
-    say(this.#fields.places, words.length === 0 ? "This scene has no people." : `${words.join("; ")}${when}`);
+    say(this.#fields.places, words.length === 0 ? "This scene has no people." : `${words.join("; ")}${when}.`);
   }
 
   /** Requests a comparison while the panel is shown and frames arrive. */

@@ -1,4 +1,4 @@
-// What `grideye demo` recorded: a line above the panel that ends in the verdict and the report.
+// What `grideye demo` recorded: a line under the panel that ends in the report.
 
 import { ask } from "./ask.js";
 import { count } from "./words.js";
@@ -6,8 +6,8 @@ import { count } from "./words.js";
 const ASK_MS = 500;
 
 const line = Object.assign(document.createElement("p"), { id: "recorded", className: "panel", role: "status" });
-line.textContent = "Recording. The verdict and a link to the report appear here.";
-document.querySelector("#wall").prepend(line);
+line.textContent = "Recording. A link to its report appears here.";
+document.querySelector("#beside").after(line);
 follow();
 
 async function follow() {
@@ -16,12 +16,7 @@ async function follow() {
     setTimeout(follow, ASK_MS);
     return;
   }
-  const { recording, name, frames, verdict } = recorded;
+  const { recording, name, frames } = recorded;
   const link = (href, textContent) => Object.assign(document.createElement("a"), { href, textContent });
-  line.dataset.verdict = verdict.replace(" ", "_");
-  line.replaceChildren(`Recorded ${name}, ${count(frames, "frame", "frames")}. `, strong(`Verdict: ${verdict}. `), link("/report", "Open the report"), " ", link(`#recording=${recording}`, "Play the recording"));
-}
-
-function strong(text) {
-  return Object.assign(document.createElement("strong"), { textContent: text });
+  line.replaceChildren(`Recorded ${name}, ${count(frames, "frame", "frames")}. `, link("/report", "Open the report"), " ", link(`#recording=${recording}`, "Play the recording"));
 }

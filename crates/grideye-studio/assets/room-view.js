@@ -6,7 +6,7 @@ import { Eye, facing, farToNear, flat, pathOf, round, shaded } from "./solids.js
 import { centerOf, handleOf, isOf, isSame, onGrid, placeOf, turnTowards, turnable } from "./things.js";
 
 const FIRST = { azimuth: -115, elevation: 32, nearer: 1 };
-const NEARER = 1.15;
+const NEARER = 1.1;
 const ELEVATION_MAX = 89;
 const TURN_STEP = 10;
 const ZOOM_STEP = 1.15;
@@ -30,6 +30,7 @@ export class RoomView {
   #held = null;
   #on;
   #asked = null;
+  #rests = false;
   #tookMs = 0;
   #colors = [];
   #fingers = new Map();
@@ -62,24 +63,15 @@ export class RoomView {
     this.#later();
   }
 
-  /** Turns by so many degrees, draws at once, and answers how long that took, in milliseconds. */
-  spin(degrees) {
-    const began = performance.now();
-    this.#camera.azimuth += degrees;
-    this.#draw();
-    // Reading a dot back waits for what was drawn.
-    this.#canvas.getContext("2d").getImageData(0, 0, 1, 1);
-    return performance.now() - began;
-  }
-
   /**
-   * Draws once for many requests: before the next paint, or if drawing is slow, once the pointer rests, so that plan and
-   * frames never wait for it.
+   * Draws once for many requests: before the next paint, or in the editor if drawing is slow, once the pointer rests, so that
+   * plan and frames never wait for it. Who turns the view sees it turn.
    */
-  #later() {
-    const isSlow = this.#tookMs > QUICK_MS;
-    if (this.#asked !== null && !isSlow) return;
+  #later(waits = this.#on !== null) {
+    const isSlow = waits && this.#tookMs > QUICK_MS;
+    if (this.#asked !== null && !isSlow && !this.#rests) return;
     clearTimeout(this.#asked);
+    this.#rests = isSlow;
     this.#asked = setTimeout(() => requestAnimationFrame(() => {
       this.#asked = null;
       const began = performance.now();
@@ -386,13 +378,13 @@ export class RoomView {
 
   #zoom(by) {
     this.#camera.nearer = Math.min(NEARER_MAX, Math.max(NEARER_MIN, this.#camera.nearer * by));
-    this.#later();
+    this.#later(false);
   }
 
   #turn(from, azimuth, elevation) {
     this.#camera.azimuth = Math.round((from.azimuth + azimuth) * 10) / 10;
     this.#camera.elevation = Math.round(Math.min(ELEVATION_MAX, Math.max(-5, from.elevation + elevation)) * 10) / 10;
-    this.#later();
+    this.#later(false);
   }
 
   #key(event) {
@@ -409,7 +401,7 @@ export class RoomView {
 
   #home() {
     this.#camera = { ...this.#first };
-    this.#later();
+    this.#later(false);
   }
 
   #pixel(event) {

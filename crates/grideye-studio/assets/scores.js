@@ -1,6 +1,6 @@
 // The verdict in one sentence, and the scores with their floors and ceiling.
 
-import { fieldsOf, say } from "./words.js";
+import { fieldsOf, say, sayMarked } from "./words.js";
 
 // Name on the wire, what is said of it, decimals, and by what it is multiplied.
 const SHOWN = [
@@ -23,7 +23,7 @@ export class Scores {
   none(why) {
     this.#show("none", "No verdict yet", why);
     this.#list([]);
-    say(this.#fields.because, "");
+    sayMarked(this.#fields.because, "");
     say(this.#fields.window, "");
     this.#fields.scores.replaceChildren();
   }
@@ -34,11 +34,11 @@ export class Scores {
       this.none(sentence(answer.why ?? "no frames were compared"));
       return;
     }
-    const { verdict, headline, next_step: next, reasons, would_change: change, scores } = answer.comparison;
+    const { verdict, headline, next_step: next, reasons, scores } = answer.comparison;
     const [title, found] = headline.split(/: (.*)/s);
     this.#show(verdict, title, `${found[0].toUpperCase()}${found.slice(1)}`);
-    say(this.#fields.because, next);
-    this.#list([...reasons.slice(1), `What would change it: ${change}`]);
+    sayMarked(this.#fields.because, next === "" ? "" : `Next: ${next}`);
+    this.#list(reasons.slice(1));
     say(this.#fields.window, windowOf(answer));
     this.#fields.scores.replaceChildren(...SHOWN.filter(([name]) => scores[name]).map((shown) => row(shown, scores[shown[0]])));
   }
@@ -46,15 +46,15 @@ export class Scores {
   #show(state, title, meaning) {
     this.#root.dataset.verdict = state;
     say(this.#fields.verdict, title);
-    say(this.#fields.chip, title);
-    say(this.#fields.meaning, meaning);
+    sayMarked(this.#fields.meaning, meaning);
   }
 
   #list(texts) {
     const list = this.#fields.reasons;
     if (list.dataset.texts === texts.join("\n")) return;
     list.dataset.texts = texts.join("\n");
-    list.replaceChildren(...texts.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
+    list.replaceChildren(...texts.map(() => document.createElement("li")));
+    texts.forEach((text, index) => sayMarked(list.children[index], text));
   }
 }
 

@@ -18,6 +18,12 @@ export class Eye {
     this.from = this.target.map((side, axis) => side + this.away[axis] * this.distance);
     this.focal = FOCAL * Math.min(width, height * 1.1);
     this.middle = [width / 2, height / 2];
+    // The room, not its middle, is in the middle of the canvas.
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => this.see([0, 1, 2].map((axis) => ((corner >> axis) & 1 ? high : low)[axis])));
+    this.middle = this.middle.map((middle, axis) => {
+      const along = corners.map((corner) => corner[axis]);
+      return 2 * middle - (Math.min(...along) + Math.max(...along)) / 2;
+    });
   }
 
   /** The canvas position of a point, and its distance. */

@@ -16,11 +16,12 @@ macro_rules! file {
 }
 
 /// Files of the panel beside a sensor, on the live page.
-pub(crate) const BESIDE: [Asset; 9] = [
+pub(crate) const BESIDE: [Asset; 10] = [
     file!("beside.css", CSS),
     file!("beside.js", JAVASCRIPT),
     file!("difference.js", JAVASCRIPT),
     file!("names.js", JAVASCRIPT),
+    file!("offers.js", JAVASCRIPT),
     file!("room-view.js", JAVASCRIPT),
     file!("scores.js", JAVASCRIPT),
     file!("simulation.js", JAVASCRIPT),

@@ -38,8 +38,6 @@ pub struct Recorded {
     pub name: String,
     /// Its frames.
     pub frames: usize,
-    /// The verdict of its comparison with the scene.
-    pub verdict: String,
     /// The comparison's report, a whole HTML page.
     pub report: String,
 }
@@ -81,7 +79,6 @@ fn answer(recorded: Option<&Recorded>) -> Value {
             "recording": recorded.recording,
             "name": recorded.name,
             "frames": recorded.frames,
-            "verdict": recorded.verdict,
         })
     });
     json!({ "recorded": recorded })

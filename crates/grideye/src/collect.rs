@@ -4,7 +4,7 @@ use crate::access::{outward_address, url_of};
 use crate::cli::{Collect, LogFormat, Scenes};
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
-use crate::{count, files, mqtt, progress};
+use crate::{count, dropped, files, mqtt, progress};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_collector::auth::{AccessFolder, Address};
 use grideye_collector::{
@@ -201,7 +201,8 @@ pub(crate) fn annexes(
         },
     };
     let annexes = grideye_studio::annexes(folder, demonstration, disk).map_err(bad_input)?;
-    Ok(annexes.into_iter().chain([export]).collect())
+    let added = [export, dropped::annex()];
+    Ok(annexes.into_iter().chain(added).collect())
 }
 
 #[cfg(test)]

@@ -144,7 +144,6 @@ fn judge_scene(
         recording: delivered.id,
         name: delivered.name.clone(),
         frames: rows.len(),
-        verdict: comparison.judgment.verdict.name().to_owned(),
         report: html,
     };
     // The only recording of this program.

@@ -29,6 +29,7 @@ mod coverage;
 mod dataset;
 mod demo;
 mod distinguish;
+mod dropped;
 mod emulate;
 mod exit;
 mod export;

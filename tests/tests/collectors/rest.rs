@@ -18,7 +18,7 @@ const EXAMPLES: &str = include_str!("../../../crates/grideye-collector/REST.md")
 const URL: &str = "http://127.0.0.1:8833";
 
 /// The annexes' documents, each in its own file.
-const BROUGHT: [(&str, &str, &str); 4] = [
+const BROUGHT: [(&str, &str, &str); 5] = [
     (
         "exports",
         include_str!("../../../crates/grideye-export/openapi.json"),
@@ -38,6 +38,11 @@ const BROUGHT: [(&str, &str, &str); 4] = [
         "mqtt",
         include_str!("../../../crates/grideye-homeassistant/openapi.json"),
         include_str!("../../../crates/grideye-homeassistant/src/lib.rs"),
+    ),
+    (
+        "files",
+        include_str!("../../../crates/grideye/openapi/files.json"),
+        include_str!("../../../crates/grideye/src/dropped.rs"),
     ),
 ];
 

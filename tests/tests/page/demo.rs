@@ -2,7 +2,7 @@
 
 use grideye_tests::live_page::{Outcome, assert_quiet, keep_picture};
 use grideye_tests::programs::{grideye, run, terminate, wait};
-use grideye_tests::webdriver::{Browser, Failure, left_out};
+use grideye_tests::webdriver::{Browser, Failure, Screen, left_out};
 use serde_json::Value;
 use std::ffi::OsString;
 use std::io::{BufRead as _, BufReader, Read as _};
@@ -160,6 +160,14 @@ fn is_in_sight(browser: &Browser, selector: &str) -> Result<bool, Failure> {
     Ok(browser.execute(&script)? == true)
 }
 
+/// No two places of the page say what is to be thought of the sensor: they would not always say the same.
+fn assert_one_verdict(browser: &Browser) -> Outcome {
+    let script = "return document.body.innerText.match(/\\b(agrees|disagrees|cannot tell|no verdict yet)\\b/gi)";
+    let said: Vec<String> = serde_json::from_value(browser.execute(script)?)?;
+    assert_eq!(said.len(), 1, "{said:?}");
+    Ok(())
+}
+
 #[test]
 fn the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report() -> Outcome {
     if left_out("the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report") {
@@ -175,6 +183,7 @@ fn the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report() ->
             .wait_for_text(&selector, |text| text.starts_with(wanted))
             .map(drop)
     };
+    assert_one_verdict(&browser)?;
     says("verdict", "Agrees")?;
     says("cursor", "Real − simulated: mean")?;
     says("places", "person at ")?;
@@ -189,6 +198,8 @@ fn the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report() ->
         "[data-side=difference] .heat",
         ".plan canvas",
         "[data-field=verdict]",
+        "[data-field=meaning]",
+        "tbody tr",
     ] {
         assert!(
             is_in_sight(&browser, &format!("#beside {part}"))?,
@@ -196,7 +207,7 @@ fn the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report() ->
         );
     }
     let recorded = browser.wait_for_text("#recorded", |text| {
-        text.starts_with("Recorded demo-") && text.contains("Verdict: agrees")
+        text.starts_with("Recorded demo-") && text.contains("Open the report")
     })?;
     // A busy host stops the recording later than after its hundred frames.
     let frames = recorded.split_once(" frames").ok_or("no count")?.0;
@@ -204,6 +215,8 @@ fn the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report() ->
     assert!(frames >= 100, "{recorded}");
     // The walk goes on, beside its simulation.
     says("verdict", "Agrees")?;
+    says("meaning", "person is where and when the scene says.")?;
+    assert_one_verdict(&browser)?;
     let goes_on = |text: &str| text.starts_with("Second ") && text.contains(", round ");
     browser.wait_for_text("#beside [data-field=clock]", goes_on)?;
     keep_picture(&browser, "demo-recorded")?;
@@ -223,7 +236,30 @@ fn the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report() ->
     browser.wait_for_text("body", |text| text.contains("would have been noticed"))?;
     let width = "return parseFloat(getComputedStyle(document.querySelector('main')).maxWidth)";
     assert!(browser.execute(width)?.as_f64() > Some(0.0));
+    assert_report_begins_with_what_counts(&browser)?;
     assert_quiet(&browser, "")
+}
+
+/// Verdict, four images in one row and the beginning of the film are on the first screen; all that is not folded on three.
+fn assert_report_begins_with_what_counts(browser: &Browser) -> Outcome {
+    browser.set_screen(Screen {
+        width: 1400,
+        height: 900,
+        scale: 1.0,
+        mobile: false,
+    })?;
+    let ends = browser.execute(
+        "const boxes = (selector) => [...document.querySelectorAll(selector)].map((one) => one.getBoundingClientRect());
+         const figures = boxes('.frames > figure').slice(0, 4);
+         return [boxes('.verdict h1')[0].bottom, figures.length, new Set(figures.map(({ top }) => top)).size, Math.max(...figures.map(({ bottom }) => bottom)), boxes('.film')[0].top, document.documentElement.scrollHeight];",
+    )?;
+    let [verdict, images, rows, images_end, film, height]: [f64; 6] = serde_json::from_value(ends)?;
+    assert!(verdict < 200.0, "the verdict ends at {verdict}");
+    assert_eq!((images, rows), (4.0, 1.0));
+    assert!(images_end < 900.0, "the images end at {images_end}");
+    assert!(film < 900.0, "the film begins at {film}");
+    assert!(height <= 2700.0, "{height} pixels");
+    Ok(())
 }
 
 #[test]

@@ -376,13 +376,13 @@ fn everything_is_reached_with_tab_and_enter_from_recording_to_the_devices() -> O
 
     desk.tab_to("#played .sensor [data-field=beside]")?;
     browser.press(ENTER)?;
-    // The choice has the focus, and takes what is written.
+    // The first scene that is offered has the focus.
     desk.says("#played-beside [data-field=choice]", |text| {
         text.contains("walk")
     })?;
-    let choice = "return document.activeElement.matches('#played-beside [data-field=choice]')";
-    desk.wait(choice, &json!(true))?;
-    browser.press_text("walk")?;
+    let offered = "return document.activeElement.matches('#played-beside .offers button') && document.activeElement.textContent.startsWith('walk')";
+    desk.wait(offered, &json!(true))?;
+    browser.press(ENTER)?;
     desk.says("#played-beside [data-field=clock]", |text| {
         text.contains("Start it when its people start")
     })?;

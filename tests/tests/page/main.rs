@@ -12,4 +12,5 @@ mod login;
 mod people;
 mod pictures;
 mod recordings;
+mod screens;
 mod view;

@@ -150,7 +150,7 @@ fn the_documents_show_the_present_page() -> Outcome {
     let demo = Demo::start_as(grideye(), out.path(), &[])?;
     let browser = Browser::start()?;
     browser.open(&demo.page)?;
-    browser.wait_for_text("#recorded", |text| text.contains("Verdict: agrees"))?;
+    browser.wait_for_text("#recorded", |text| text.contains("Open the report"))?;
     browser.wait_for_text("#beside [data-field=verdict]", |text| text == "Agrees")?;
     keep_or_compare(PAGE, &browser.screenshot()?)?;
     let corners = "const { left, top, width, height } = document.querySelector('#beside .views').getBoundingClientRect();

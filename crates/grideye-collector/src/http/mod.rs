@@ -21,7 +21,7 @@ mod state;
 
 pub use annex::{Annex, Asset, Inside};
 pub(crate) use origin::HostNames;
-pub use recordings::attachment;
+pub use recordings::{attachment, played};
 pub use refusal::Refusal;
 pub(crate) use refusal::in_own_form;
 pub use state::AppState;

@@ -15,11 +15,12 @@ macro_rules! files {
     };
 }
 
-const ASSETS: [Asset; 34] = files! {
-    "style.css" "favicon.svg" "advice.js" "ask.js" "brought.js" "devices.js" "exports.js" "feed.js" "heatmap.js"
+const ASSETS: [Asset; 36] = files! {
+    "style.css" "favicon.svg" "advice.js" "ask.js" "brought.js" "devices.js" "exports.js" "feed.js" "files.js" "heatmap.js"
     "history.js" "keep.js" "keys.js" "labels.js" "library.js" "login.js" "look.js" "main.js" "note.js"
     "orientation.js" "palettes.js" "picture.js" "playback.js" "played-sensor.js" "player.js" "recorded.js"
-    "recordings.js" "scale.js" "sensor.js" "sign-out.js" "smooth.js" "timeline.js" "track.js" "troubles.js" "words.js"
+    "recordings.js" "scale.js" "sensor.js" "sign-out.js" "smooth.js" "timeline.js" "track.js" "troubles.js" "wall.js"
+    "words.js"
 };
 
 const fn kind_of(name: &str) -> &'static str {

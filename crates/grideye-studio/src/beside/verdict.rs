@@ -249,6 +249,8 @@ fn compared(
     let how = Options {
         seed: SEED,
         start_s: Some(from_s),
+        // What is live changes before the advice is there.
+        advises: question.recording.is_some(),
         ..Options::default()
     };
     let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);

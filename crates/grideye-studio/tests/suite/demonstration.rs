@@ -66,11 +66,10 @@ async fn the_report_is_served_once_the_recording_is_complete() {
         recording: 1,
         name: "demo-b1".to_owned(),
         frames: 100,
-        verdict: "agrees".to_owned(),
         report: "<p>report</p>".to_owned(),
     };
     assert!(demonstration.recorded.set(recorded).is_ok());
     assert_eq!(get("/report").await, (200, json!("<p>report</p>")));
-    let told = json!({ "recording": 1, "name": "demo-b1", "frames": 100, "verdict": "agrees" });
+    let told = json!({ "recording": 1, "name": "demo-b1", "frames": 100 });
     assert_eq!(get("/v1/opening").await.1, json!({ "recorded": told }));
 }

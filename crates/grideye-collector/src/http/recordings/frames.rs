@@ -21,6 +21,7 @@
 //! | 40 | 64 × i16 | pixels in steps, pixel 1 first; 0 without a frame |
 
 use crate::http::recordings::download::{self, Form};
+use crate::http::recordings::fields::not_written;
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::store::{Members, StoredRecord};
@@ -28,9 +29,10 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use grideye_frame::word;
 use grideye_frame::{NoData, PIXELS, Reading, RecordedFrame};
-use grideye_recording::ClockState;
 use grideye_recording::record::layout::put_number_and_times;
+use grideye_recording::{ClockState, Record, StreamId};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::io;
 
 const MAGIC: &[u8; 4] = b"GEF1";
@@ -51,24 +53,44 @@ pub(super) fn answer(state: AppState, members: Members) -> Result<Response, Refu
                 .hint(format!("GET /v1/recordings/{id}.csv downloads all of it")),
         );
     }
+    let streams = members.spans.iter().map(|span| &*span.stream);
     let frames = Rows {
-        bytes: head(&members, rows)?,
+        bytes: head(streams, rows)?,
     };
     let kind = [(header::CONTENT_TYPE, "application/octet-stream")];
     Ok((kind, download::body(state, members, frames)).into_response())
 }
 
-fn head(members: &Members, rows: u64) -> Result<Vec<u8>, Refusal> {
-    if u16::try_from(members.spans.len()).is_err() {
-        let what = format!("recording {} holds too many streams", members.recording.id);
-        let status = StatusCode::UNPROCESSABLE_ENTITY;
-        return Err(Refusal::new(status, "too_many_streams", what));
+/// The same of frames that the collector does not have: each arrived when its device measured it.
+///
+/// # Errors
+/// If these are more streams than a recording may hold.
+pub fn played(streams: &BTreeMap<StreamId, Vec<Record>>) -> Result<Vec<u8>, Refusal> {
+    let rows = streams.values().map(Vec::len).sum::<usize>();
+    let mut frames = Rows {
+        bytes: head(streams.keys(), u64::try_from(rows).unwrap_or(u64::MAX))?,
+    };
+    for (stream, records) in streams.values().enumerate() {
+        for record in records {
+            let t_arrival_ns = i64::try_from(record.stamp.t_boot_ns).unwrap_or(i64::MAX);
+            let put = frames.put(stream, record, t_arrival_ns);
+            put.map_err(not_written)?;
+        }
     }
-    let streams: Vec<Value> = members
-        .spans
-        .iter()
-        .map(|span| {
-            let stream = &span.stream;
+    Ok(frames.bytes)
+}
+
+fn head<'a>(
+    streams: impl ExactSizeIterator<Item = &'a StreamId>,
+    rows: u64,
+) -> Result<Vec<u8>, Refusal> {
+    let too_many =
+        |what: &str| Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_many_streams", what);
+    if u16::try_from(streams.len()).is_err() {
+        return Err(too_many("the recording holds too many streams"));
+    }
+    let streams: Vec<Value> = streams
+        .map(|stream| {
             json!({ "device": stream.device, "sensor": stream.sensor, "boot": stream.boot })
         })
         .collect();
@@ -84,10 +106,8 @@ fn head(members: &Members, rows: u64) -> Result<Vec<u8>, Refusal> {
     });
     let mut head = head.to_string().into_bytes();
     head.resize(head.len().next_multiple_of(8), b' ');
-    let length = u32::try_from(head.len()).map_err(|_too_long| {
-        let what = "the names of the streams are too long";
-        Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_many_streams", what)
-    })?;
+    let length = u32::try_from(head.len())
+        .map_err(|_too_long| too_many("the names of the streams are too long"))?;
     let mut bytes = MAGIC.to_vec();
     bytes.extend(length.to_le_bytes());
     bytes.extend(head);
@@ -100,22 +120,7 @@ struct Rows {
 
 impl Form for Rows {
     fn write(&mut self, stream: usize, row: StoredRecord) -> io::Result<()> {
-        let (kind, frame) = match &row.record.reading {
-            Reading::Frame(raw) => (0, Some(raw)),
-            Reading::NoData(reason) => (
-                1 + index_in(NoData::ALL, reason).map_err(io::Error::other)?,
-                None,
-            ),
-        };
-        let clock =
-            index_in(&ClockState::ALL, &row.record.stamp.clock).map_err(io::Error::other)?;
-        let stream = u16::try_from(stream).map_err(io::Error::other)?;
-        put_number_and_times(&mut self.bytes, &row.record);
-        self.bytes.extend(row.t_arrival_ns.to_le_bytes());
-        self.bytes.extend(stream.to_le_bytes());
-        self.bytes.extend([kind, clock]);
-        self.put_frame(frame);
-        Ok(())
+        self.put(stream, &row.record, row.t_arrival_ns)
     }
 
     fn take(&mut self) -> Vec<u8> {
@@ -128,6 +133,24 @@ impl Form for Rows {
 }
 
 impl Rows {
+    fn put(&mut self, stream: usize, record: &Record, t_arrival_ns: i64) -> io::Result<()> {
+        let (kind, frame) = match &record.reading {
+            Reading::Frame(raw) => (0, Some(raw)),
+            Reading::NoData(reason) => (
+                1 + index_in(NoData::ALL, reason).map_err(io::Error::other)?,
+                None,
+            ),
+        };
+        let clock = index_in(&ClockState::ALL, &record.stamp.clock).map_err(io::Error::other)?;
+        let stream = u16::try_from(stream).map_err(io::Error::other)?;
+        put_number_and_times(&mut self.bytes, record);
+        self.bytes.extend(t_arrival_ns.to_le_bytes());
+        self.bytes.extend(stream.to_le_bytes());
+        self.bytes.extend([kind, clock]);
+        self.put_frame(frame);
+        Ok(())
+    }
+
     fn put_frame(&mut self, frame: Option<&RecordedFrame>) {
         let Some(raw) = frame else {
             self.bytes.extend([0; 4 + 2 * PIXELS]);

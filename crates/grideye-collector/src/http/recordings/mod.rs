@@ -9,3 +9,4 @@ pub(crate) mod manage;
 
 pub use fields::attachment;
 pub(crate) use fields::not_written;
+pub use frames::played;
