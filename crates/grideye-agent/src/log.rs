@@ -4,26 +4,16 @@ use crate::output::say;
 use std::fmt;
 use std::sync::Arc;
 
-/// How serious a line is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
-    /// Normal events: started, stopped, recovered.
-    Info,
-    /// Something failed and is being retried; nothing is lost yet.
-    Warning,
-    /// Frames were lost, or will be unless a person acts.
-    Error,
-}
-
-impl Level {
-    /// `info`, `warning` or `error`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Info => "info",
-            Self::Warning => "warning",
-            Self::Error => "error",
-        }
+grideye_frame::named! {
+    /// How serious a line is.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Level {
+        /// Normal events: started, stopped, recovered.
+        Info = "info";
+        /// Something failed and is being retried; nothing is lost yet.
+        Warning = "warning";
+        /// Frames were lost, or will be unless a person acts.
+        Error = "error";
     }
 }
 

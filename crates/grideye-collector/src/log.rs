@@ -7,26 +7,16 @@ use std::fmt;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// The severity of an event.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
-    /// Normal operation.
-    Info,
-    /// A request was rejected, or something is near its limit.
-    Warning,
-    /// Frames cannot be stored, or the collector itself has an error.
-    Error,
-}
-
-impl Level {
-    /// `info`, `warning` or `error`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Info => "info",
-            Self::Warning => "warning",
-            Self::Error => "error",
-        }
+grideye_frame::named! {
+    /// The severity of an event.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Level {
+        /// Normal operation.
+        Info = "info";
+        /// A request was rejected, or something is near its limit.
+        Warning = "warning";
+        /// Frames cannot be stored, or the collector itself has an error.
+        Error = "error";
     }
 }
 

@@ -7,6 +7,7 @@ extern crate std;
 mod calendar;
 mod frame;
 mod name;
+mod named;
 mod no_data;
 pub mod word;
 

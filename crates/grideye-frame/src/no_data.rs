@@ -30,50 +30,33 @@ impl<T> Reading<T> {
     }
 }
 
-macro_rules! reasons {
-    ($($(#[doc = $doc:literal])+ $variant:ident = $name:literal,)+) => {
-        /// Why there is no frame. The names appear on the wire and in recordings.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        pub enum NoData {
-            $($(#[doc = $doc])+ $variant,)+
-        }
-
-        impl NoData {
-            /// Every reason.
-            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
-
-            /// The reason's name on the wire and in files: lower case, words joined by hyphens.
-            #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$variant => $name),+ }
-            }
-        }
-    };
-}
-
-reasons! {
-    /// The sensor did not acknowledge its address or a byte (EREMOTEIO, ENXIO).
-    Nack = "nack",
-    /// The controller reported a fault of the bus (EIO, EAGAIN).
-    BusError = "bus-error",
-    /// The transfer did not end in time: the bus is held low or stretched (ETIMEDOUT).
-    BusTimeout = "bus-timeout",
-    /// The adapter itself is gone (ENODEV, ENOTCONN).
-    Unplugged = "unplugged",
-    /// Fewer messages or bytes arrived than requested.
-    ShortTransfer = "short-transfer",
-    /// The sensor updated its registers while the host was kept from reading them.
-    HostStalled = "host-stalled",
-    /// The sensor was asleep, starting or being set up again after a reset.
-    NotReady = "not-ready",
-    /// Every pixel word had all bits set: the data line is stuck high.
-    StuckHigh = "stuck-high",
-    /// Every pixel word was zero: a dead link, or a sensor that has not measured yet.
-    AllZero = "all-zero",
-    /// The registers did not change for many frames: a sensor that has stopped measuring.
-    Frozen = "frozen",
-    /// The sensor's settings were not the configured ones.
-    WrongConfiguration = "wrong-configuration",
+crate::named! {
+    /// Why there is no frame. The names appear on the wire and in recordings.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    pub enum NoData {
+        /// The sensor did not acknowledge its address or a byte (EREMOTEIO, ENXIO).
+        Nack = "nack";
+        /// The controller reported a fault of the bus (EIO, EAGAIN).
+        BusError = "bus-error";
+        /// The transfer did not end in time: the bus is held low or stretched (ETIMEDOUT).
+        BusTimeout = "bus-timeout";
+        /// The adapter itself is gone (ENODEV, ENOTCONN).
+        Unplugged = "unplugged";
+        /// Fewer messages or bytes arrived than requested.
+        ShortTransfer = "short-transfer";
+        /// The sensor updated its registers while the host was kept from reading them.
+        HostStalled = "host-stalled";
+        /// The sensor was asleep, starting or being set up again after a reset.
+        NotReady = "not-ready";
+        /// Every pixel word had all bits set: the data line is stuck high.
+        StuckHigh = "stuck-high";
+        /// Every pixel word was zero: a dead link, or a sensor that has not measured yet.
+        AllZero = "all-zero";
+        /// The registers did not change for many frames: a sensor that has stopped measuring.
+        Frozen = "frozen";
+        /// The sensor's settings were not the configured ones.
+        WrongConfiguration = "wrong-configuration";
+    }
 }
 
 impl fmt::Display for NoData {
@@ -102,9 +85,7 @@ impl FromStr for NoData {
     type Err = UnknownNoData;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let mut all = Self::ALL.iter().copied();
-        all.find(|reason| reason.name() == name)
-            .ok_or(UnknownNoData)
+        Self::from_name(name).ok_or(UnknownNoData)
     }
 }
 
@@ -122,7 +103,7 @@ mod tests {
              host-stalled not-ready stuck-high all-zero frozen wrong-configuration"
         );
         for reason in NoData::ALL {
-            assert_eq!(reason.name().parse(), Ok(*reason));
+            assert_eq!(reason.name().parse(), Ok(reason));
         }
         assert_eq!("".parse::<NoData>(), Err(UnknownNoData));
         assert_eq!("Nack".parse::<NoData>(), Err(UnknownNoData));

@@ -5,34 +5,18 @@ use crate::moment::offset_ns;
 use core::str::FromStr;
 use grideye_frame::ROWS;
 
-/// What a column is, in the words of the option.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Role {
-    Time,
-    Pixels,
-    Thermistor,
-    Number,
-    Sensor,
-    Device,
-    Boot,
-    Label,
-}
-
-const ROLES: [(&str, Role); 8] = [
-    ("time", Role::Time),
-    ("pixels", Role::Pixels),
-    ("thermistor", Role::Thermistor),
-    ("number", Role::Number),
-    ("sensor", Role::Sensor),
-    ("device", Role::Device),
-    ("boot", Role::Boot),
-    ("label", Role::Label),
-];
-
-impl Role {
-    pub(crate) fn name(self) -> &'static str {
-        let found = ROLES.iter().find(|(_, role)| *role == self);
-        found.map_or("label", |(name, _)| name)
+grideye_frame::named! {
+    /// What a column is, in the words of the option.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub(crate) enum Role {
+        Time = "time";
+        Pixels = "pixels";
+        Thermistor = "thermistor";
+        Number = "number";
+        Sensor = "sensor";
+        Device = "device";
+        Boot = "boot";
+        Label = "label";
     }
 }
 
@@ -168,8 +152,7 @@ impl FromStr for Columns {
             if columns.setting(role, place).ok_or_else(|| refused(part))? {
                 continue;
             }
-            let known = ROLES.iter().find(|(name, _)| *name == role);
-            let (_, role) = *known.ok_or_else(|| refused(part))?;
+            let role = Role::from_name(role).ok_or_else(|| refused(part))?;
             let place = Place::of(place).ok_or_else(|| refused(part))?;
             let fits = match place {
                 Place::Nowhere => false,

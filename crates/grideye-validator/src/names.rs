@@ -3,20 +3,9 @@
 /// An enum with a stable name for each variant, used in files; if words follow the names, `Display` prints the words.
 macro_rules! named {
     ($(#[$meta:meta])* pub enum $enum:ident { $($(#[$doc:meta])* $variant:ident = $name:literal;)+ }) => {
-        $(#[$meta])*
-        pub enum $enum {
-            $($(#[$doc])* $variant,)+
-        }
-
-        impl $enum {
-            /// All variants, in order.
-            pub const ALL: [Self; [$($name),+].len()] = [$(Self::$variant),+];
-
-            /// The stable name in files and JSON.
-            #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$variant => $name),+ }
-            }
+        grideye_frame::named! {
+            $(#[$meta])*
+            pub enum $enum { $($(#[$doc])* $variant = $name;)+ }
         }
 
         impl serde::Serialize for $enum {

@@ -100,23 +100,17 @@ pub enum Unit {
 
 macro_rules! kinds {
     ($($kind:ident = $name:literal, $unit:ident;)+) => {
-        /// A [`Fault`] without its parameters.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        pub enum FaultKind {
-            $(#[doc = concat!("[`Fault::", stringify!($kind), "`].")] $kind,)+
+        grideye_frame::named! {
+            /// A [`Fault`] without its parameters, with its name in scripts, traces and reports.
+            #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+            pub enum FaultKind {
+                $(#[doc = concat!("[`Fault::", stringify!($kind), "`].")] $kind = $name;)+
+            }
         }
 
         impl FaultKind {
-            /// Every kind.
-            pub const ALL: [Self; Self::COUNT] = [$(Self::$kind),+];
             /// How many kinds there are.
-            pub const COUNT: usize = [$($name),+].len();
-
-            /// The name in scripts, traces and reports.
-            #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$kind => $name),+ }
-            }
+            pub const COUNT: usize = Self::ALL.len();
 
             /// The unit in which this kind is drawn and counted.
             #[must_use]
@@ -159,12 +153,6 @@ kinds! {
 }
 
 impl FaultKind {
-    /// The kind with this name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name)
-    }
-
     /// Its index in [`ALL`](Self::ALL).
     #[expect(
         clippy::as_conversions,

@@ -209,23 +209,14 @@ impl Span {
     }
 }
 
-/// The stage of copying a store.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
-    /// Frames are copied.
-    Copying,
-    /// The copy is compared with the original.
-    Comparing,
-}
-
-impl Stage {
-    /// For the progress bar.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Copying => "copying",
-            Self::Comparing => "comparing",
-        }
+grideye_frame::named! {
+    /// The stage of copying a store, with its name for the progress bar.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Stage {
+        /// Frames are copied.
+        Copying = "copying";
+        /// The copy is compared with the original.
+        Comparing = "comparing";
     }
 }
 

@@ -26,31 +26,20 @@ impl StreamId {
     }
 }
 
-/// State of the agent's wall clock when it stamped a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum ClockState {
-    /// Never set since the device started: a Raspberry Pi has no battery clock.
-    Unsynced,
-    /// Set by NTP or a similar service.
-    Synced,
-    /// Set, and stepped since the previous frame.
-    Stepped,
+grideye_frame::named! {
+    /// State of the agent's wall clock when it stamped a frame, with its name on the wire and in files.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum ClockState {
+        /// Never set since the device started: a Raspberry Pi has no battery clock.
+        Unsynced = "unsynced";
+        /// Set by NTP or a similar service.
+        Synced = "synced";
+        /// Set, and stepped since the previous frame.
+        Stepped = "stepped";
+    }
 }
 
 impl ClockState {
-    /// Every state.
-    pub const ALL: [Self; 3] = [Self::Unsynced, Self::Synced, Self::Stepped];
-
-    /// The state's name on the wire and in files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Unsynced => "unsynced",
-            Self::Synced => "synced",
-            Self::Stepped => "stepped",
-        }
-    }
-
     /// The state's number in every binary form: on the wire, in the agent's spool, in the collector's store.
     #[must_use]
     pub const fn code(self) -> u8 {
@@ -78,10 +67,7 @@ impl FromStr for ClockState {
     type Err = UnknownClockState;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
-        Self::ALL
-            .into_iter()
-            .find(|state| state.name() == name)
-            .ok_or(UnknownClockState)
+        Self::from_name(name).ok_or(UnknownClockState)
     }
 }
 

@@ -28,7 +28,7 @@ pub(crate) fn any_reading() -> impl Strategy<Value = Reading<RecordedFrame>> {
                 pixels,
             })
         });
-    let missing = prop::sample::select(NoData::ALL).prop_map(Reading::NoData);
+    let missing = prop::sample::select(&NoData::ALL[..]).prop_map(Reading::NoData);
     prop_oneof![3 => frame, 1 => missing]
 }
 

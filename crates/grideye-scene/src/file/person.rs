@@ -23,10 +23,7 @@ pub(crate) fn person(
 }
 
 fn read(agent: &Table<'_>, table: &Table<'_>) -> Person {
-    let named = table.text("posture");
-    let posture = Posture::ALL
-        .into_iter()
-        .find(|posture| named == Some(posture.name()));
+    let posture = table.text("posture").and_then(Posture::from_name);
     let default = match agent.has("trajectory") {
         true => Posture::Walk,
         false => Posture::Stand,

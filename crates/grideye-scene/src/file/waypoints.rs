@@ -214,9 +214,7 @@ impl Table<'_> {
         let Some((index, field)) = self.field(row, POSTURE) else {
             return Ok(None);
         };
-        let mut postures = Posture::ALL.into_iter();
-        let named = postures.find(|posture| posture.name() == field);
-        match (named.map(Keeps::Posture), field) {
+        match (Posture::from_name(field).map(Keeps::Posture), field) {
             (Some(posture), _) => Ok(Some(posture)),
             (None, "enter") => Ok(Some(Keeps::Enter)),
             (None, "leave") => Ok(Some(Keeps::Leave)),

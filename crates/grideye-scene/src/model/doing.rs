@@ -3,71 +3,38 @@
 use crate::model::person::Posture;
 use glam::DVec3;
 
-/// What a person does at a moment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Doing {
-    /// Comes into the room.
-    Enter,
-    /// Leaves the room.
-    Leave,
-    /// Walks.
-    Walk,
-    /// Stands.
-    Stand,
-    /// Changes from upright to sitting.
-    SitDown,
-    /// Sits.
-    Sit,
-    /// Changes from sitting to upright.
-    StandUp,
-    /// Changes from sitting to lying.
-    LieDown,
-    /// Lies.
-    Lie,
-    /// Changes from lying to sitting.
-    SitUp,
-    /// Changes from upright straight to lying.
-    Fall,
-    /// Changes from lying straight to upright.
-    GetUp,
+grideye_frame::named! {
+    /// What a person does at a moment, with its name in a file.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Doing {
+        /// Comes into the room.
+        Enter = "enter";
+        /// Leaves the room.
+        Leave = "leave";
+        /// Walks.
+        Walk = "walk";
+        /// Stands.
+        Stand = "stand";
+        /// Changes from upright to sitting.
+        SitDown = "sit-down";
+        /// Sits.
+        Sit = "sit";
+        /// Changes from sitting to upright.
+        StandUp = "stand-up";
+        /// Changes from sitting to lying.
+        LieDown = "lie-down";
+        /// Lies.
+        Lie = "lie";
+        /// Changes from lying to sitting.
+        SitUp = "sit-up";
+        /// Changes from upright straight to lying.
+        Fall = "fall";
+        /// Changes from lying straight to upright.
+        GetUp = "get-up";
+    }
 }
 
 impl Doing {
-    /// Everything a person may do.
-    pub const ALL: [Self; 12] = [
-        Self::Enter,
-        Self::Leave,
-        Self::Walk,
-        Self::Stand,
-        Self::SitDown,
-        Self::Sit,
-        Self::StandUp,
-        Self::LieDown,
-        Self::Lie,
-        Self::SitUp,
-        Self::Fall,
-        Self::GetUp,
-    ];
-
-    /// Its name in a file.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Enter => "enter",
-            Self::Leave => "leave",
-            Self::Walk => "walk",
-            Self::Stand => "stand",
-            Self::SitDown => "sit-down",
-            Self::Sit => "sit",
-            Self::StandUp => "stand-up",
-            Self::LieDown => "lie-down",
-            Self::Lie => "lie",
-            Self::SitUp => "sit-up",
-            Self::Fall => "fall",
-            Self::GetUp => "get-up",
-        }
-    }
-
     /// What a person does who changes between these postures, or keeps one; `None` stands for being away.
     pub(crate) const fn between(from: Option<Posture>, to: Option<Posture>, moves: bool) -> Self {
         use Posture::{Lie, Sit, Stand, Walk};

@@ -9,17 +9,19 @@ use crate::radiometry::Surface;
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// What a person does with its body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Posture {
-    /// Upright, arms hanging.
-    Stand,
-    /// Upright; legs and arms swing with the way.
-    Walk,
-    /// Upright trunk, thighs level, shanks upright.
-    Sit,
-    /// On the back, the head towards +x.
-    Lie,
+grideye_frame::named! {
+    /// What a person does with its body, with its name in a file.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Posture {
+        /// Upright, arms hanging.
+        Stand = "stand";
+        /// Upright; legs and arms swing with the way.
+        Walk = "walk";
+        /// Upright trunk, thighs level, shanks upright.
+        Sit = "sit";
+        /// On the back, the head towards +x.
+        Lie = "lie";
+    }
 }
 
 /// What a person wears, by its insulation.
@@ -178,22 +180,6 @@ const ELBOW_BENDS_DEG: f64 = 15.0;
 const STRIDE: f64 = 0.8;
 /// The speed from which on steps have their full width.
 const WIDE_FROM_M_PER_S: f64 = 1.0;
-
-impl Posture {
-    /// All postures.
-    pub const ALL: [Self; 4] = [Self::Stand, Self::Walk, Self::Sit, Self::Lie];
-
-    /// Its name in a file.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stand => "stand",
-            Self::Walk => "walk",
-            Self::Sit => "sit",
-            Self::Lie => "lie",
-        }
-    }
-}
 
 impl Person {
     /// Names of builds, with girths relative to the mean adult's.

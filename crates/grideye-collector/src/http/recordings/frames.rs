@@ -137,7 +137,7 @@ impl Rows {
         let (kind, frame) = match &record.reading {
             Reading::Frame(raw) => (0, Some(raw)),
             Reading::NoData(reason) => (
-                1 + index_in(NoData::ALL, reason).map_err(io::Error::other)?,
+                1 + index_in(&NoData::ALL, reason).map_err(io::Error::other)?,
                 None,
             ),
         };

@@ -209,7 +209,7 @@ pub(super) async fn missing_frames_are_rows_with_their_reason(store: &dyn FrameS
     let recording = store.start_recording("faults".to_owned(), 1).await.unwrap();
     let every: Vec<_> = (0..)
         .zip(NoData::ALL)
-        .map(|(seq, reason)| missing(seq, *reason))
+        .map(|(seq, reason)| missing(seq, reason))
         .collect();
     let appended = append(store, batch("pi-1", "b1", vec![part("s1", every.clone())])).await;
     let stream = &appended.sensors[0].stream;
