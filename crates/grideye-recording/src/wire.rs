@@ -19,7 +19,7 @@ mod json;
 mod types;
 mod values;
 
-pub use error::WireError;
+pub use error::{WireError, WireFault};
 pub use types::{
     Account, Acknowledgement, BINARY_TYPE, BOOTS_TOLD_AGAIN, Batch, FRAME_BYTES_MAX, FRAMES_MAX,
     GAPS_MAX, Gap, JSON_TYPE, LOST_BY_COLLECTOR, LOST_IN_MEMORY, REASONS_MAX, SENSORS_MAX,

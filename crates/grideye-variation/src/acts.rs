@@ -63,7 +63,7 @@ pub(crate) fn choices(text: &str) -> Result<Vec<Choice>, Mistake> {
     });
     let choices = choices.collect::<Result<Vec<_>, Mistake>>()?;
     match choices.len() {
-        many if many > CHOICES_MAX => Err(Mistake::TooManyChoices(many)),
+        many if many > CHOICES_MAX => Err(Mistake::too_many_choices(many)),
         _ => Ok(choices),
     }
 }
@@ -75,14 +75,22 @@ fn act(text: &str) -> Result<Act, Mistake> {
     };
     let known = WORDS.iter().find(|(known, ..)| *known == word);
     let Some((_, does, lasts_s)) = known else {
-        return Err(Mistake::NoAct(word.to_owned()));
+        return Err(Mistake(format!(
+            "`{word}` is no act\nhint: write enter, walk, stand, sit, lie, fall, leave or away, as in \"enter walk sit:5..20 leave\""
+        )));
     };
     let lasts_s = match (seconds, lasts_s) {
         (None, lasts_s) => lasts_s.unwrap_or_default(),
-        (Some(_), None) => return Err(Mistake::NoLasting(word.to_owned())),
-        (Some(seconds), Some(_)) => {
-            range(seconds).ok_or_else(|| Mistake::NoSeconds(text.to_owned()))?
+        (Some(_), None) => {
+            return Err(Mistake(format!(
+                "`{word}` takes as long as its way\nhint: write {word} without seconds; stand, sit, lie, fall and away take them, as in sit:5..20"
+            )));
         }
+        (Some(seconds), Some(_)) => range(seconds).ok_or_else(|| {
+            Mistake(format!(
+                "`{text}` does not say how many seconds\nhint: write seconds or LOW..HIGH up to 86400, as in sit:5..20"
+            ))
+        })?,
     };
     Ok(Act {
         does: *does,
@@ -102,10 +110,13 @@ fn range(text: &str) -> Option<[f64; 2]> {
 
 fn check_order(acts: &[Act]) -> Result<(), Mistake> {
     if acts.is_empty() {
-        return Err(Mistake::Nothing);
+        return Err(Mistake::nothing());
     }
     if acts.len() > ACTS_MAX {
-        return Err(Mistake::TooManyActs(acts.len()));
+        let found = acts.len();
+        return Err(Mistake(format!(
+            "{found} acts are more than {ACTS_MAX}\nhint: make several clips of fewer acts"
+        )));
     }
     let mut is_here = None;
     for act in acts {
@@ -114,14 +125,14 @@ fn check_order(acts: &[Act]) -> Result<(), Mistake> {
             Does::Away => None,
             _ => Some(true),
         };
-        if wanted.is_some() && is_here.is_some() && is_here != wanted {
-            return Err(match act.does {
-                Does::Enter => Mistake::Inside,
-                _ => Mistake::Outside,
-            });
+        let is_wrong = wanted.is_some() && is_here.is_some() && is_here != wanted;
+        if is_wrong && act.does != Does::Enter {
+            let outside = "the person is not in the room\nhint: write enter after leave or away";
+            return Err(Mistake(outside.to_owned()));
         }
-        if act.does == Does::Away && is_here == Some(true) {
-            return Err(Mistake::Inside);
+        if is_wrong || act.does == Does::Away && is_here == Some(true) {
+            let inside = "the person is in the room already\nhint: write enter or away first, or after leave";
+            return Err(Mistake(inside.to_owned()));
         }
         is_here = Some(!matches!(act.does, Does::Leave | Does::Away));
     }
@@ -149,23 +160,25 @@ mod tests {
     #[test]
     fn contradictions_and_unknown_words_are_named() {
         for (text, mistake) in [
-            ("", Mistake::Nothing),
-            ("walk,", Mistake::Nothing),
-            ("run", Mistake::NoAct("run".to_owned())),
-            ("walk:3", Mistake::NoLasting("walk".to_owned())),
-            ("sit:9..2", Mistake::NoSeconds("sit:9..2".to_owned())),
-            ("sit:-1", Mistake::NoSeconds("sit:-1".to_owned())),
-            ("sit:nan", Mistake::NoSeconds("sit:nan".to_owned())),
-            ("walk enter", Mistake::Inside),
-            ("walk away", Mistake::Inside),
-            ("leave walk", Mistake::Outside),
-            ("away sit", Mistake::Outside),
+            ("", "a value is missing"),
+            ("walk,", "a value is missing"),
+            ("run", "`run` is no act"),
+            ("walk:3", "`walk` takes as long as its way"),
+            ("sit:9..2", "`sit:9..2` does not say how many seconds"),
+            ("sit:-1", "`sit:-1` does not say how many seconds"),
+            ("sit:nan", "`sit:nan` does not say how many seconds"),
+            ("walk enter", "the person is in the room already"),
+            ("walk away", "the person is in the room already"),
+            ("leave walk", "the person is not in the room"),
+            ("away sit", "the person is not in the room"),
         ] {
-            assert_eq!(choices(text), Err(mistake), "{text}");
+            let error = choices(text).unwrap_err().to_string();
+            assert_eq!(error.lines().next(), Some(mistake), "{text}");
         }
         let many = vec!["walk"; ACTS_MAX].join(" ");
         assert!(choices(&many).is_ok());
         let more = format!("{many} walk");
-        assert_eq!(choices(&more), Err(Mistake::TooManyActs(ACTS_MAX + 1)));
+        let error = choices(&more).unwrap_err().to_string();
+        assert!(error.starts_with("101 acts are more than 100\n"), "{error}");
     }
 }

@@ -37,7 +37,9 @@ impl Asked {
         match self.weights.len() {
             0 => Ok(()),
             weights if weights == choices => Ok(()),
-            weights => Err(Mistake::Weights { choices, weights }),
+            weights => Err(Mistake(format!(
+                "{weights} weights for {choices} choices\nhint: give one weight for each of the values, as in values = \"0,1,2\" and weights = [3, 2, 1]"
+            ))),
         }
     }
 

@@ -95,13 +95,13 @@ pub(crate) fn choices(text: &str) -> Result<Vec<Choice>, Mistake> {
         }
     }
     if let Some(mark) = open.pop() {
-        return Err(Mistake::Unclosed(mark));
+        return Err(Mistake::unclosed(&mark));
     }
     if choices.iter().any(|choice| choice.0.is_empty()) {
-        return Err(Mistake::Nothing);
+        return Err(Mistake::nothing());
     }
     if choices.len() > CHOICES_MAX {
-        return Err(Mistake::TooManyChoices(choices.len()));
+        return Err(Mistake::too_many_choices(choices.len()));
     }
     Ok(choices)
 }
@@ -115,7 +115,9 @@ fn close(open: &mut Vec<String>, mark: &str) -> Result<(), Mistake> {
     if fits {
         Ok(())
     } else {
-        Err(Mistake::Unopened(mark.to_owned()))
+        Err(Mistake(format!(
+            "`{mark}` was never opened\nhint: quote the whole argument for the shell"
+        )))
     }
 }
 
@@ -126,7 +128,7 @@ fn piece(rest: &str, first: char) -> Result<(Piece, usize), Mistake> {
     if first == '"' || first == '\'' {
         let inner = rest.get(1..).unwrap_or_default();
         let Some(end) = inner.find(first) else {
-            return Err(Mistake::Unclosed(first.to_string()));
+            return Err(Mistake::unclosed(&first.to_string()));
         };
         let inner = inner.get(..end).unwrap_or_default();
         return Ok((Piece::Text(inner.to_owned()), end + 2));
@@ -153,10 +155,14 @@ fn meaning(word: &str) -> Result<Piece, Mistake> {
             (Some(low), Some(high)) if low <= high && (high - low).is_finite() => {
                 Ok(Piece::Range(low, high))
             }
-            (Some(_), Some(_)) => Err(Mistake::Backwards(word.to_owned())),
+            (Some(_), Some(_)) => Err(Mistake(format!(
+                "the range {word} is empty\nhint: write the lower number first"
+            ))),
             // Paths may contain dots, too.
             _ if low.contains('/') || high.contains('/') => Ok(Piece::Text(word.to_owned())),
-            _ => Err(Mistake::NoRange(word.to_owned())),
+            _ => Err(Mistake(format!(
+                "{word} is not a range of numbers\nhint: write LOW..HIGH, as in 26..34"
+            ))),
         };
     }
     if let Some((mean, sd)) = word.split_once("+-") {
@@ -165,7 +171,9 @@ fn meaning(word: &str) -> Result<Piece, Mistake> {
                 let bounds = [mean - SDS_MAX * sd, mean + SDS_MAX * sd];
                 Ok(Piece::Normal(Normal { mean, sd }, bounds))
             }
-            (Some(_), _) => Err(Mistake::NoNormal(word.to_owned())),
+            (Some(_), _) => Err(Mistake(format!(
+                "{word} is not a normal law\nhint: write MEAN+-SD with SD above 0, as in 1700+-100"
+            ))),
             _ => Ok(Piece::Text(word.to_owned())),
         };
     }
@@ -293,29 +301,31 @@ mod tests {
     #[test]
     fn malformed_values_are_named() {
         for (text, mistake) in [
-            ("", Mistake::Nothing),
-            ("1,", Mistake::Nothing),
-            (",1", Mistake::Nothing),
-            ("[1", Mistake::Unclosed("[".to_owned())),
-            ("[1}", Mistake::Unopened("}".to_owned())),
-            ("1]", Mistake::Unopened("]".to_owned())),
-            ("\"A", Mistake::Unclosed("\"".to_owned())),
-            ("34..26", Mistake::Backwards("34..26".to_owned())),
-            ("1..", Mistake::NoRange("1..".to_owned())),
-            ("a..b", Mistake::NoRange("a..b".to_owned())),
-            ("1..nan", Mistake::NoRange("1..nan".to_owned())),
-            ("1+-0", Mistake::NoNormal("1+-0".to_owned())),
-            ("1+--2", Mistake::NoNormal("1+--2".to_owned())),
-            ("1+-wide", Mistake::NoNormal("1+-wide".to_owned())),
-            ("1+-1e308", Mistake::NoNormal("1+-1e308".to_owned())),
+            ("", "a value is missing"),
+            ("1,", "a value is missing"),
+            (",1", "a value is missing"),
+            ("[1", "`[` is never closed"),
+            ("[1}", "`}` was never opened"),
+            ("1]", "`]` was never opened"),
+            ("\"A", "`\"` is never closed"),
+            ("34..26", "the range 34..26 is empty"),
+            ("1..", "1.. is not a range of numbers"),
+            ("a..b", "a..b is not a range of numbers"),
+            ("1..nan", "1..nan is not a range of numbers"),
+            ("1+-0", "1+-0 is not a normal law"),
+            ("1+--2", "1+--2 is not a normal law"),
+            ("1+-wide", "1+-wide is not a normal law"),
+            ("1+-1e308", "1+-1e308 is not a normal law"),
         ] {
-            assert_eq!(choices(text), Err(mistake), "{text}");
+            let error = choices(text).unwrap_err().to_string();
+            assert_eq!(error.lines().next(), Some(mistake), "{text}");
         }
         let many = vec!["1"; CHOICES_MAX].join(",");
         assert_eq!(choices(&many).unwrap().len(), CHOICES_MAX);
-        assert_eq!(
-            choices(&format!("{many},1")),
-            Err(Mistake::TooManyChoices(CHOICES_MAX + 1))
+        let error = choices(&format!("{many},1")).unwrap_err().to_string();
+        assert!(
+            error.starts_with("1001 choices are more than 1000\n"),
+            "{error}"
         );
     }
 

@@ -193,7 +193,11 @@ impl Recipe {
             let Some((key, _)) = &varied.asked.with else {
                 continue;
             };
-            let refused = |key: &str| varied.asked.mistaken(Mistake::With(key.to_owned()));
+            let refused = |key: &str| {
+                varied.asked.mistaken(Mistake(format!(
+                    "only numbers that vary by one range or normal law each can go together, and `{key}` does not\nhint: write values = \"18..26\" or \"22+-2\" for both, and list the key that `with` names before this one"
+                )))
+            };
             if middles[place].1.is_none() {
                 return Err(refused(&varied.asked.key));
             }
@@ -490,7 +494,9 @@ impl Recipe {
     fn check_overlaps(&self) -> Result<(), VariationError> {
         let twice = |asked: &str, other: &str| VariationError::Asked {
             asked: asked.to_owned(),
-            mistake: Mistake::Twice(other.to_owned()),
+            mistake: Mistake(format!(
+                "it overlaps with `{other}`\nhint: vary each key only once"
+            )),
         };
         let mut keys = HashSet::new();
         for varied in &self.varied {
@@ -521,10 +527,10 @@ impl Recipe {
                         "leave the other out: the person is placed with its acts; without acts, position=floor places it at rest",
                     ),
                 };
-                let (asked, other) = ((*second).to_owned(), (*first).to_owned());
+                let what = format!("it overlaps with `{first}`: {why}\nhint: {hint}");
                 return Err(VariationError::Asked {
-                    asked,
-                    mistake: Mistake::Overlaps { other, why, hint },
+                    asked: (*second).to_owned(),
+                    mistake: Mistake(what),
                 });
             }
         }
@@ -545,7 +551,7 @@ impl Recipe {
             let arrived =
                 DeTable::parse(&text).is_ok_and(|document| target::has(&document, &text, key));
             if !arrived {
-                return Err(varied.asked.mistaken(Mistake::NotAddable(key.clone())));
+                return Err(varied.asked.mistaken(Mistake::not_addable(key)));
             }
         }
         Ok(())
@@ -562,17 +568,22 @@ fn law(uncertain: &[Uncertain], edit: Option<&Edit>) -> Result<Vec<Choice>, Mist
     let place = edit.map(|edit| &edit.range);
     let mut uncertain = uncertain.iter();
     let found = uncertain.find(|one| place.is_some() && one.value_span.as_ref() == place);
-    let found = found.ok_or(Mistake::NoEquals)?;
+    let no_equals = "missing `=`, and the scene has no [[uncertain]] table for this number\nhint: write KEY=VALUES, as in agent.person.temperature_c=26..34, or add the table";
+    let found = found.ok_or_else(|| Mistake(no_equals.to_owned()))?;
     Ok(vec![Choice::of_law(found)])
 }
 
 fn on_floor(path: &str, values: &str) -> Result<String, Mistake> {
     if values != "floor" {
-        return Err(Mistake::OnlyFloor);
+        let what = "`position` can only be floor\nhint: write agent.NAME.position=floor, or position_mm=[x, y, z] with numbers or ranges";
+        return Err(Mistake(what.to_owned()));
     }
     path.strip_prefix("agent.")
         .map(str::to_owned)
-        .ok_or(Mistake::FloorForAgents)
+        .ok_or_else(|| {
+            let what = "only agents can be placed on the floor\nhint: write agent.person.position=floor; give objects a range, as in object.table.position_mm=[500..3500, 1200, 0]";
+            Mistake(what.to_owned())
+        })
 }
 
 fn columns(key: &str, choices: &[Choice]) -> Vec<Column> {

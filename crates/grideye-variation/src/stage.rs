@@ -48,10 +48,11 @@ impl Actor {
         let path = format!("agent.{agent}.yaw_deg");
         let (table, ..) = Table::root(text, document.get_ref()).find(&path)?;
         if table.entry("person").is_none() {
-            return Err(Mistake::ActsForPeople);
+            let what = "only a person can do something\nhint: write agent.NAME.acts for an agent with person = {}";
+            return Err(Mistake(what.to_owned()));
         }
         if table.is_inline {
-            return Err(Mistake::NotAddable("trajectory".to_owned()));
+            return Err(Mistake::not_addable("trajectory"));
         }
         let replaced = REPLACED.iter().filter_map(|key| table.entry(key));
         let edits = replaced.map(|(key, value)| Edit {

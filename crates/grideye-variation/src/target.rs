@@ -57,7 +57,7 @@ pub(crate) fn floor(
     let (table, ..) = Table::root(text, document.get_ref()).find(&path)?;
     for (key, value) in OF_A_WAY.iter().filter_map(|key| table.entry(key)) {
         if table.is_inline {
-            return Err(Mistake::NotAddable("position_mm".to_owned()));
+            return Err(Mistake::not_addable("position_mm"));
         }
         edits.push(Edit::in_place(key.span().start..value.span().end));
     }
@@ -92,7 +92,7 @@ fn addition(table: &Table<'_, '_>, key: &str) -> Result<Edit, Mistake> {
         .values()
         .filter(|value| is_plain(value.get_ref()));
     let Some(end) = values.map(|value| value.span().end).min() else {
-        return Err(Mistake::NotAddable(key.to_owned()));
+        return Err(Mistake::not_addable(key));
     };
     let separator = if table.is_inline { ", " } else { "\n" };
     Ok(Edit {

@@ -68,7 +68,9 @@ impl Varied {
 pub(crate) fn check_time(asked: &Asked, numbers: &[f64]) -> Result<(), VariationError> {
     match numbers {
         [time_s] if (0.0..=limits::TIME_MAX_S).contains(time_s) => Ok(()),
-        _ => Err(asked.mistaken(Mistake::NoTime)),
+        _ => Err(asked.mistaken(Mistake(
+            "the time of a frame must be 0 to 31622400 seconds\nhint: write a number or a range, as in time_s=0..12".to_owned(),
+        ))),
     }
 }
 
@@ -83,7 +85,9 @@ pub(crate) fn people(choices: Vec<Choice>, agents: usize) -> Result<Vec<Choice>,
             _ => (None, None),
         };
         let (Some(from), Some(to)) = (from, to) else {
-            return Err(Mistake::People(agents));
+            return Err(Mistake(format!(
+                "the number of people must be whole, and at most {agents}, the agents of the scene\nhint: write 0..{agents} or 0,1; so many of the file's agents are there, the first ones first"
+            )));
         };
         all.extend((from..=to).map(Choice::of_count));
     }

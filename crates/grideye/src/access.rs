@@ -147,10 +147,8 @@ fn make(folder: &AccessFolder, name: &str, scope: Scope) -> Result<Token> {
 /// An invalid name is bad input; a folder that cannot be written is a failure.
 fn told(error: AccessError) -> anyhow::Error {
     match error {
-        AccessError::BadName { .. }
-        | AccessError::DevicesPerToken { .. }
-        | AccessError::NoSuchToken { .. } => bad_input(error),
-        other => other.into(),
+        AccessError::Refused(_) => bad_input(error),
+        AccessError::Failed(_) => error.into(),
     }
 }
 

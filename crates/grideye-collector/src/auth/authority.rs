@@ -108,7 +108,7 @@ fn der(certificate: &Certificate) -> CertificateDer<'static> {
 
 impl From<rcgen::Error> for AccessError {
     fn from(error: rcgen::Error) -> Self {
-        Self::NoKey(error.to_string())
+        Self::no_key(&error)
     }
 }
 

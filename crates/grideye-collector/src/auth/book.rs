@@ -59,7 +59,9 @@ impl TokenBook {
     /// [`AccessError`]: too many tokens or devices, a bad name, or no randomness.
     pub fn add(&mut self, name: &str, scope: Scope, t_made_s: i64) -> Result<Token> {
         if self.records.len() >= TOKENS_MAX {
-            return Err(AccessError::TooManyTokens);
+            return Err(AccessError::Failed(format!(
+                "the folder already holds the maximum of {TOKENS_MAX} tokens\nhint: `grideye token list` shows them; use a separate folder for another site"
+            )));
         }
         check(name, &scope)?;
         let token = Token::random()?;
@@ -77,7 +79,7 @@ impl TokenBook {
     /// Revokes the valid tokens with this number or name, and returns them.
     ///
     /// # Errors
-    /// [`AccessError::NoSuchToken`] if there is none.
+    /// [`AccessError::Refused`] if there is none.
     pub fn revoke(&mut self, named: &str, t_revoked_s: i64) -> Result<Vec<Arc<TokenRecord>>> {
         let mut revoked = Vec::new();
         for record in &mut self.records {
@@ -88,7 +90,9 @@ impl TokenBook {
             }
         }
         if revoked.is_empty() {
-            return Err(AccessError::NoSuchToken(named.to_owned()));
+            return Err(AccessError::Refused(format!(
+                "no token {named:?} is in use\nhint: `grideye token list` shows them"
+            )));
         }
         Ok(revoked)
     }
@@ -99,8 +103,8 @@ impl TokenBook {
     }
 
     pub(super) fn from_json(json: &[u8], path: &Path) -> Result<Self> {
-        let file: File = serde_json::from_slice(json)
-            .map_err(|error| AccessError::malformed(path, error.to_string()))?;
+        let file: File =
+            serde_json::from_slice(json).map_err(|error| AccessError::malformed(path, error))?;
         if file.layout != LAYOUT {
             let what = format!(
                 "unknown layout {}; this program knows only {LAYOUT}",
@@ -138,9 +142,11 @@ impl TokenBook {
 }
 
 fn check(name: &str, scope: &Scope) -> Result<()> {
-    let bad = |of, name: &str| AccessError::BadName {
-        of,
-        name: name.chars().take(TOKEN_NAME_CHARS_MAX).collect(),
+    let bad = |of, name: &str| {
+        let name: String = name.chars().take(TOKEN_NAME_CHARS_MAX).collect();
+        AccessError::Refused(format!(
+            "{name:?} cannot be the name of a {of}: expected 1 to {TOKEN_NAME_CHARS_MAX} letters, digits, and - _ . :, beginning with a letter or a digit\nhint: for example pi-1"
+        ))
     };
     if check_name(name).is_err() || name.chars().count() > TOKEN_NAME_CHARS_MAX {
         return Err(bad("token", name));
@@ -149,7 +155,10 @@ fn check(name: &str, scope: &Scope) -> Result<()> {
         return Ok(());
     };
     if !(1..=DEVICES_PER_TOKEN_MAX).contains(&devices.len()) {
-        return Err(AccessError::DevicesPerToken(devices.len()));
+        return Err(AccessError::Refused(format!(
+            "a token speaks for 1 to {DEVICES_PER_TOKEN_MAX} devices, found {}\nhint: enroll the others with another token",
+            devices.len()
+        )));
     }
     match devices.iter().find(|device| check_name(device).is_err()) {
         Some(device) => Err(bad("device", device)),
@@ -259,8 +268,9 @@ mod tests {
         for _ in 1..TOKENS_MAX {
             book.push(record.clone());
         }
-        let error = book.add("last", Scope::Read, 1).unwrap_err();
-        assert!(matches!(error, AccessError::TooManyTokens));
+        let error = book.add("last", Scope::Read, 1).unwrap_err().to_string();
+        let full = format!("the folder already holds the maximum of {TOKENS_MAX} tokens");
+        assert!(error.starts_with(&full), "{error}");
         let json = book.to_json().unwrap();
         assert!(u64::try_from(json.len()).unwrap() < crate::auth::limits::FILE_BYTES_MAX);
     }

@@ -77,7 +77,7 @@ impl AccessFolder {
     /// The current tokens; none if there is no folder.
     ///
     /// # Errors
-    /// [`AccessError::File`], [`AccessError::Malformed`].
+    /// [`AccessError::Failed`].
     pub fn book(&self) -> Result<TokenBook> {
         let path = self.file(TOKENS);
         match read(&path)? {
@@ -89,7 +89,7 @@ impl AccessFolder {
     /// Changes the tokens under a lock; a reader sees either the old list or the new one.
     ///
     /// # Errors
-    /// Those of `change`, and [`AccessError::File`], [`AccessError::Malformed`].
+    /// Those of `change`, and [`AccessError::Failed`].
     pub fn change<T>(&self, change: impl FnOnce(&mut TokenBook) -> Result<T>) -> Result<T> {
         let _lock = self.lock()?;
         let mut book = self.book()?;
@@ -97,7 +97,7 @@ impl AccessFolder {
         let path = self.file(TOKENS);
         let json = book
             .to_json()
-            .map_err(|error| AccessError::malformed(&path, error.to_string()))?;
+            .map_err(|error| AccessError::malformed(&path, error))?;
         self.write(TOKENS, &json)?;
         Ok(answer)
     }
@@ -105,7 +105,7 @@ impl AccessFolder {
     /// The authority that signs the collector's certificates, created if missing.
     ///
     /// # Errors
-    /// [`AccessError::File`], [`AccessError::Malformed`], [`AccessError::NoKey`].
+    /// [`AccessError::Failed`].
     pub fn authority(&self) -> Result<Authority> {
         let _lock = self.lock()?;
         let (certificate, key) = (self.file(AUTHORITY_CERTIFICATE), self.file(AUTHORITY_KEY));
@@ -139,14 +139,14 @@ impl AccessFolder {
     /// The address stored when the collector last started, as an agent would use it.
     ///
     /// # Errors
-    /// [`AccessError::File`], [`AccessError::Malformed`].
+    /// [`AccessError::Failed`].
     pub fn address(&self) -> Result<Option<Address>> {
         let path = self.file(ADDRESS);
         let Some(bytes) = read(&path)? else {
             return Ok(None);
         };
-        let text = String::from_utf8(bytes)
-            .map_err(|error| AccessError::malformed(&path, error.to_string()))?;
+        let text =
+            String::from_utf8(bytes).map_err(|error| AccessError::malformed(&path, error))?;
         let mut lines = text.lines().map(str::to_owned);
         let url = lines
             .next()
@@ -160,7 +160,7 @@ impl AccessFolder {
     /// Stores the collector's address.
     ///
     /// # Errors
-    /// [`AccessError::File`].
+    /// [`AccessError::Failed`].
     pub fn set_address(&self, address: &Address) -> Result<()> {
         let mut text = format!("{}\n", address.url);
         if let Some(pin) = &address.pin {

@@ -42,7 +42,7 @@ impl Token {
     /// A new token from the system's random numbers.
     ///
     /// # Errors
-    /// [`AccessError::NoKey`] if the system gives none.
+    /// [`AccessError::Failed`] if the system gives none.
     pub fn random() -> Result<Self> {
         let id = random_bytes::<ID_BYTES>()?;
         Ok(Self {
@@ -158,7 +158,7 @@ pub(crate) fn random_bytes<const N: usize>() -> Result<[u8; N]> {
     let mut bytes = [0; N];
     SystemRandom::new()
         .fill(&mut bytes)
-        .map_err(|error| AccessError::NoKey(error.to_string()))?;
+        .map_err(|error| AccessError::no_key(&error))?;
     Ok(bytes)
 }
 

@@ -4,7 +4,7 @@ use crate::auth::AccessError;
 use crate::store::StoreError;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Json, Response};
-use grideye_recording::wire::WireError;
+use grideye_recording::wire::{WireError, WireFault};
 use serde_json::json;
 use std::time::Duration;
 
@@ -157,17 +157,12 @@ impl From<StoreError> for Refusal {
 
 impl From<WireError> for Refusal {
     fn from(error: WireError) -> Self {
-        const UNUSABLE: StatusCode = StatusCode::UNPROCESSABLE_ENTITY;
-        let (status, code) = match &error {
-            WireError::NotJson { .. } => (StatusCode::BAD_REQUEST, "not_json"),
-            WireError::Malformed { .. } => (StatusCode::BAD_REQUEST, "malformed"),
-            WireError::TooMany { .. } => (StatusCode::PAYLOAD_TOO_LARGE, "too_many"),
-            WireError::UnknownField { .. } => (UNUSABLE, "unknown_field"),
-            WireError::MissingField { .. } => (UNUSABLE, "missing_field"),
-            WireError::Repeated { .. } => (UNUSABLE, "repeated"),
-            WireError::WrongValue { .. } => (UNUSABLE, "wrong_value"),
+        let status = match error.fault {
+            WireFault::NotJson | WireFault::Malformed => StatusCode::BAD_REQUEST,
+            WireFault::TooMany => StatusCode::PAYLOAD_TOO_LARGE,
+            _ => StatusCode::UNPROCESSABLE_ENTITY,
         };
-        let refusal = Self::new(status, code, error.to_string()).field(error.path());
+        let refusal = Self::new(status, error.fault.name(), error.to_string()).field(error.path);
         if refusal.hint.is_some() {
             return refusal;
         }

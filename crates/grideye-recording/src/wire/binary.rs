@@ -2,7 +2,7 @@
 
 use crate::record::Record;
 use crate::record::layout::{ByteReader, Fault, Form, PACKED_BYTES_MAX, put, put_name};
-use crate::wire::error::WireError;
+use crate::wire::error::{WireError, WireFault};
 use crate::wire::types::{Account, Batch, Reason, SensorBatch};
 use crate::wire::values::{Bounded, limit};
 use std::collections::BTreeMap;
@@ -89,19 +89,11 @@ impl<T> InField<T> for Result<T, Fault> {
                 field => format!("{}.{field}", path()),
             };
             let (expected, found) = (fault.expected, fault.found);
-            match fault.offset {
-                Some(offset) => WireError::Malformed {
-                    path,
-                    offset,
-                    expected,
-                    found,
-                },
-                None => WireError::WrongValue {
-                    path,
-                    expected,
-                    found,
-                },
-            }
+            let Some(offset) = fault.offset else {
+                return WireError::wrong_value(path, &expected, found);
+            };
+            let what = format!("expected {expected} at byte {offset}, found {found}");
+            WireError::new(WireFault::Malformed, path, what)
         })
     }
 }
@@ -139,11 +131,10 @@ fn check_head(reader: &mut ByteReader<'_>) -> Result<(), WireError> {
     }
     match reader.array().at(|| "version".to_owned())? {
         [VERSION] => Ok(()),
-        [other] => Err(WireError::WrongValue {
-            path: "version".to_owned(),
-            expected: VERSION.to_string(),
-            found: other.to_string(),
-        }),
+        [other] => {
+            let path = "version".to_owned();
+            Err(WireError::wrong_value(path, &VERSION.to_string(), other))
+        }
     }
 }
 
@@ -207,7 +198,7 @@ fn counts(
         let of_name = || format!("{}.{name}", path());
         let count = count(reader).at(of_name)?;
         if counts.insert(name.to_owned(), count).is_some() {
-            return Err(WireError::Repeated { path: of_name() });
+            return Err(WireError::repeated(of_name()));
         }
     }
     Ok(counts)
@@ -220,10 +211,7 @@ fn length<T: Bounded>(
 ) -> Result<usize, WireError> {
     let count = usize::try_from(count(reader).at(&path)?).ok();
     let count = count.filter(|count| *count <= T::MAX);
-    count.ok_or_else(|| WireError::TooMany {
-        path: path(),
-        limit: limit::<T>(),
-    })
+    count.ok_or_else(|| WireError::too_many(path(), &limit::<T>()))
 }
 
 fn count(reader: &mut ByteReader<'_>) -> Result<u64, Fault> {

@@ -20,11 +20,9 @@ pub(super) fn batch(batch: &Batch) -> Result<(), WireError> {
         sensor_batch(sensor, path)?;
         // Most agents have a single sensor, which needs no set.
         if !is_one && !seen.insert(sensor.sensor.as_str()) {
-            return Err(WireError::WrongValue {
-                path: format!("{}.sensor", path()),
-                expected: "each sensor once".to_owned(),
-                found: format!("{} a second time", sensor.sensor),
-            });
+            let found = format!("{} a second time", sensor.sensor);
+            let path = format!("{}.sensor", path());
+            return Err(WireError::wrong_value(path, "each sensor once", found));
         }
     }
     Ok(())
@@ -36,10 +34,8 @@ pub(super) fn frames_in_all(batch: &Batch) -> Result<(), WireError> {
     for (index, sensor) in batch.sensors.iter().enumerate() {
         frames += sensor.frames.len();
         if frames > FRAMES_MAX {
-            return Err(WireError::TooMany {
-                path: format!("sensors[{index}].frames"),
-                limit: limit::<Record>(),
-            });
+            let path = format!("sensors[{index}].frames");
+            return Err(WireError::too_many(path, &limit::<Record>()));
         }
     }
     Ok(())
@@ -53,11 +49,9 @@ pub(super) fn acknowledgement(acknowledgement: &Acknowledgement) -> Result<(), W
         name(&gap.sensor, || format!("gaps[{index}].sensor"))?;
         count(gap.to, || format!("gaps[{index}].to"))?;
         if gap.from > gap.to {
-            return Err(WireError::WrongValue {
-                path: format!("gaps[{index}].to"),
-                expected: format!("{} or more, as `from` says", gap.from),
-                found: gap.to.to_string(),
-            });
+            let expected = format!("{} or more, as `from` says", gap.from);
+            let path = format!("gaps[{index}].to");
+            return Err(WireError::wrong_value(path, &expected, gap.to));
         }
     }
     Ok(())
@@ -101,30 +95,23 @@ fn record(
     count(record.seq, || format!("{}.seq", path()))?;
     count(record.stamp.t_boot_ns, || format!("{}.t_boot_ns", path()))?;
     match previous {
-        Some(previous) if record.seq <= previous => Err(WireError::WrongValue {
-            path: format!("{}.seq", path()),
-            expected: format!("more than {previous}, the seq before it"),
-            found: record.seq.to_string(),
-        }),
+        Some(previous) if record.seq <= previous => Err(WireError::wrong_value(
+            format!("{}.seq", path()),
+            &format!("more than {previous}, the seq before it"),
+            record.seq,
+        )),
         _ => Ok(()),
     }
 }
 
 fn name(name: &str, path: impl Fn() -> String) -> Result<(), WireError> {
-    check_name(name).map_err(|error| WireError::WrongValue {
-        path: path(),
-        expected: NAME_RULE.to_owned(),
-        found: error.found,
-    })
+    check_name(name).map_err(|error| WireError::wrong_value(path(), NAME_RULE, error.found))
 }
 
 fn count(count: u64, path: impl Fn() -> String) -> Result<(), WireError> {
     if count <= COUNT_MAX {
         return Ok(());
     }
-    Err(WireError::WrongValue {
-        path: path(),
-        expected: format!("an integer from 0 to {COUNT_MAX}"),
-        found: count.to_string(),
-    })
+    let expected = format!("an integer from 0 to {COUNT_MAX}");
+    Err(WireError::wrong_value(path(), &expected, count))
 }

@@ -1,87 +1,67 @@
 //! Why a body is rejected, in terms of its fields.
 
 use crate::text::shortened;
+use std::fmt::Display;
 
-/// Why a body was rejected. `path` is the field's place or `body`; `found` quotes the sender, escaped and cut.
+grideye_frame::named! {
+    /// What kind of fault a body has, with its name in the collector's answer.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum WireFault {
+        /// Not JSON, or cut short.
+        NotJson = "not_json";
+        /// Not the compact form, or cut short.
+        Malformed = "malformed";
+        /// A field unknown to the format.
+        UnknownField = "unknown_field";
+        /// A required field is absent.
+        MissingField = "missing_field";
+        /// A field or key occurs twice.
+        Repeated = "repeated";
+        /// A value of the wrong type, range, order or number of elements.
+        WrongValue = "wrong_value";
+        /// More elements than the receiver accepts in one body.
+        TooMany = "too_many";
+    }
+}
+
+/// Why a body was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum WireError {
-    /// Not JSON, or cut short.
-    #[error("{path}: expected JSON, found a fault at line {line} column {column}: {found}")]
-    NotJson {
-        /// The last place that was read.
-        path: String,
-        /// Line of the fault, from 1.
-        line: usize,
-        /// Column of the fault, from 1.
-        column: usize,
-        /// What is wrong there.
-        found: String,
-    },
-    /// Not the compact form, or cut short.
-    #[error("{path}: expected {expected} at byte {offset}, found {found}")]
-    Malformed {
-        /// The field.
-        path: String,
-        /// Offset in the body, from 0.
-        offset: usize,
-        /// What belongs there.
-        expected: String,
-        /// What is there.
-        found: String,
-    },
-    /// A field unknown to the format.
-    #[error("{path}: expected {expected}, found an unknown field")]
-    UnknownField {
-        /// The field.
-        path: String,
-        /// The known fields.
-        expected: String,
-    },
-    /// A required field is absent.
-    #[error("{path}: expected a value, found none")]
-    MissingField {
-        /// The field.
-        path: String,
-    },
-    /// A field or key occurs twice.
-    #[error("{path}: expected at most once, found twice")]
-    Repeated {
-        /// The field.
-        path: String,
-    },
-    /// A value of the wrong type, range, order or number of elements.
-    #[error("{path}: expected {expected}, found {found}")]
-    WrongValue {
-        /// The field.
-        path: String,
-        /// What belongs there.
-        expected: String,
-        /// What is there.
-        found: String,
-    },
-    /// More elements than the receiver accepts in one body.
-    #[error("{path}: expected at most {limit}, found more\nhint: send smaller batches")]
-    TooMany {
-        /// The field.
-        path: String,
-        /// The limit and what it counts, for example `4096 frames in all`.
-        limit: String,
-    },
+#[error("{path}: {what}")]
+pub struct WireError {
+    /// The kind of fault.
+    pub fault: WireFault,
+    /// The field's place, for example `sensors[0].frames[3].pixels_raw[63]`; `body` for the whole.
+    pub path: String,
+    /// What belongs there, and what is there, which quotes the sender, escaped and cut.
+    pub what: String,
 }
 
 impl WireError {
-    /// The field's place, for example `sensors[0].frames[3].pixels_raw[63]`; `body` for the whole.
-    #[must_use]
-    pub fn path(&self) -> &str {
-        match self {
-            Self::NotJson { path, .. }
-            | Self::Malformed { path, .. }
-            | Self::UnknownField { path, .. }
-            | Self::MissingField { path }
-            | Self::Repeated { path }
-            | Self::WrongValue { path, .. }
-            | Self::TooMany { path, .. } => path,
-        }
+    pub(super) fn new(fault: WireFault, path: String, what: impl Into<String>) -> Self {
+        let what = what.into();
+        Self { fault, path, what }
+    }
+
+    pub(super) fn wrong_value(path: String, expected: &str, found: impl Display) -> Self {
+        let what = format!("expected {expected}, found {found}");
+        Self::new(WireFault::WrongValue, path, what)
+    }
+
+    /// `limit` says what it counts, for example `4096 frames in all`.
+    pub(super) fn too_many(path: String, limit: &str) -> Self {
+        let what = format!("expected at most {limit}, found more\nhint: send smaller batches");
+        Self::new(WireFault::TooMany, path, what)
+    }
+
+    pub(super) fn repeated(path: String) -> Self {
+        let what = "expected at most once, found twice";
+        Self::new(WireFault::Repeated, path, what)
+    }
+
+    pub(super) fn not_json(path: String, error: &serde_json::Error, found: &str) -> Self {
+        let (line, column) = (error.line(), error.column());
+        let what = format!("expected JSON, found a fault at line {line} column {column}: {found}");
+        Self::new(WireFault::NotJson, path, what)
     }
 
     /// Translates the parser's error at this place.
@@ -94,12 +74,7 @@ impl WireError {
         let position = format!(" at line {} column {}", error.line(), error.column());
         let message = whole.strip_suffix(&position).unwrap_or(&whole);
         if !error.is_data() {
-            return Self::NotJson {
-                path,
-                line: error.line(),
-                column: error.column(),
-                found: shortened(message),
-            };
+            return Self::not_json(path, error, &shortened(message));
         }
         from_message(path, message)
     }
@@ -138,39 +113,27 @@ fn visible(mut path: String) -> String {
 /// Distinguishes serde's messages by their beginnings, which its trait `de::Error` defines.
 fn from_message(path: String, message: &str) -> WireError {
     if let Some(limit) = message.strip_prefix(TOO_MANY) {
-        return WireError::TooMany {
-            path,
-            limit: limit.to_owned(),
-        };
+        return WireError::too_many(path, limit);
     }
     if let Some(field) = message.strip_prefix("missing field ") {
-        return WireError::MissingField {
-            path: below(&path, field),
-        };
+        let what = "expected a value, found none";
+        return WireError::new(WireFault::MissingField, below(&path, field), what);
     }
     if let Some(field) = message.strip_prefix("duplicate field ") {
-        return WireError::Repeated {
-            path: below(&path, field),
-        };
+        return WireError::repeated(below(&path, field));
     }
     let (found, expected) = message
         .rsplit_once(", expected ")
         .unwrap_or((message, "a value of the format"));
     if found.starts_with("unknown field") {
-        return WireError::UnknownField {
-            path,
-            expected: expected.to_owned(),
-        };
+        let what = format!("expected {expected}, found an unknown field");
+        return WireError::new(WireFault::UnknownField, path, what);
     }
     let found = ["invalid type: ", "invalid value: ", "invalid length "]
         .iter()
         .find_map(|beginning| found.strip_prefix(beginning))
         .unwrap_or(found);
-    WireError::WrongValue {
-        path,
-        expected: expected.to_owned(),
-        found: shortened(found),
-    }
+    WireError::wrong_value(path, expected, shortened(found))
 }
 
 /// The path of the field that a message names in backticks.

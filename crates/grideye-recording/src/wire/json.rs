@@ -26,12 +26,8 @@ fn named<'de, T: Deserialize<'de> + Expected>(json: &'de [u8]) -> Result<T, Wire
 }
 
 pub(super) fn write(body: &impl Serialize) -> Result<Vec<u8>, WireError> {
-    serde_json::to_vec(body).map_err(|error| WireError::NotJson {
-        path: "body".to_owned(),
-        line: error.line(),
-        column: error.column(),
-        found: error.to_string(),
-    })
+    serde_json::to_vec(body)
+        .map_err(|error| WireError::not_json("body".to_owned(), &error, &error.to_string()))
 }
 
 #[derive(Serialize, Deserialize)]

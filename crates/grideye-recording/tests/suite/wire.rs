@@ -4,7 +4,7 @@ use crate::made_up::{any_answer, any_batch};
 use grideye_frame::{NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::wire::{
     Account, Acknowledgement, Batch, FRAME_BYTES_MAX, FRAMES_MAX, GAPS_MAX, Gap, REASONS_MAX,
-    SENSORS_MAX, SensorBatch, WireError,
+    SENSORS_MAX, SensorBatch, WireError, WireFault,
 };
 use grideye_recording::{COUNT_MAX, ClockState, Record, Stamp};
 use proptest::prelude::*;
@@ -236,7 +236,7 @@ fn a_frame_or_a_batch_as_a_bare_array_is_refused() {
     );
     let message = read(r#"{"device":"d","boot":"b","sensors":[{"sensor":"s","frames":[[1,2,3,"synced","nack"]]}]}"#)
         .unwrap_err();
-    assert_eq!(message.path(), "sensors[0].frames[0]");
+    assert_eq!(message.path, "sensors[0].frames[0]");
 }
 
 #[test]
@@ -277,7 +277,7 @@ fn invalid_json_is_rejected_with_line_and_column() {
     }
     let invalid_utf8 = b"{\"device\":\"\xff\",\"boot\":\"b\",\"sensors\":[]}";
     let error = Batch::from_json(invalid_utf8).unwrap_err();
-    assert_eq!(error.path(), "device");
+    assert_eq!(error.path, "device");
 }
 
 #[test]
@@ -391,7 +391,7 @@ fn each_limit_is_reached_and_not_passed() {
         let gaps = vec![r#"{"sensor":"s","from":1,"to":1}"#; gaps].join(",");
         let durable = named(sensors);
         let body = format!(r#"{{"durable_through":{{{durable}}},"gaps":[{gaps}]}}"#);
-        Acknowledgement::from_json(body.as_bytes()).map_err(|error| error.path().to_owned())
+        Acknowledgement::from_json(body.as_bytes()).map_err(|error| error.path)
     };
     assert!(answer(GAPS_MAX, SENSORS_MAX).is_ok());
     assert_eq!(answer(GAPS_MAX + 1, 2), Err("gaps".to_owned()));
@@ -410,9 +410,11 @@ fn arrays_are_cut_off_while_they_are_parsed() {
     let error = read(&body).unwrap_err();
     assert_eq!(
         error,
-        WireError::TooMany {
+        WireError {
+            fault: WireFault::TooMany,
             path: "sensors[0].frames".to_owned(),
-            limit: "4096 frames in all".to_owned()
+            what: "expected at most 4096 frames in all, found more\nhint: send smaller batches"
+                .to_owned()
         }
     );
     let pixels = format!(
@@ -420,8 +422,8 @@ fn arrays_are_cut_off_while_they_are_parsed() {
         "7,".repeat(65)
     );
     let error = read(&pixels).unwrap_err();
-    assert_eq!(error.path(), "sensors[0].frames[0].pixels_raw");
-    assert!(matches!(error, WireError::WrongValue { .. }));
+    assert_eq!(error.path, "sensors[0].frames[0].pixels_raw");
+    assert_eq!(error.fault, WireFault::WrongValue);
 }
 
 #[test]
@@ -471,7 +473,7 @@ fn what_would_be_refused_is_not_sent() {
     let spoiled = |spoil: &dyn Fn(&mut Batch)| {
         let mut batch = specimen_value();
         spoil(&mut batch);
-        batch.to_json().unwrap_err().path().to_owned()
+        batch.to_json().unwrap_err().path
     };
     assert_eq!(spoiled(&|batch| batch.device = "a b".to_owned()), "device");
     assert_eq!(
@@ -500,7 +502,7 @@ fn what_would_be_refused_is_not_sent() {
         gaps: vec![gap],
         ..Acknowledgement::default()
     };
-    assert_eq!(answer.to_json().unwrap_err().path(), "gaps[0].to");
+    assert_eq!(answer.to_json().unwrap_err().path, "gaps[0].to");
 }
 
 proptest! {
@@ -531,7 +533,7 @@ proptest! {
         }
         match Batch::from_json(&body) {
             Ok(batch) => prop_assert_eq!(Batch::from_json(&batch.to_json().unwrap()), Ok(batch)),
-            Err(error) => prop_assert!(!error.path().is_empty()),
+            Err(error) => prop_assert!(!error.path.is_empty()),
         }
     }
 
