@@ -4,6 +4,7 @@ use crate::cli::CollectorAddress;
 use crate::exit::bad_input;
 use crate::files;
 use anyhow::{Context as _, Result, anyhow};
+use grideye_agent::deliver::signed;
 use grideye_agent::join::Secret;
 use grideye_collector::Accounts;
 use grideye_recording::printable;
@@ -18,7 +19,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 use ureq::tls::{Certificate, RootCerts, TlsConfig, TlsProvider};
-use ureq::{Body, RequestBuilder, http};
+use ureq::{Body, http};
 
 /// Longest wait for an answer, downloads aside.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(30);
@@ -137,7 +138,7 @@ impl Client {
 
     pub(crate) fn delete_recording(&self, id: i64) -> Result<()> {
         let path = format!("/v1/recordings/{id}");
-        let request = self.signed(self.agent.delete(self.url(&path)));
+        let request = signed(self.agent.delete(self.url(&path)), self.token.as_ref());
         self.checked(&path, request.call()).map(drop)
     }
 
@@ -161,20 +162,13 @@ impl Client {
     }
 
     fn get(&self, path: &str) -> Result<Response> {
-        let request = self.signed(self.agent.get(self.url(path)));
+        let request = signed(self.agent.get(self.url(path)), self.token.as_ref());
         self.checked(path, request.call())
     }
 
     fn post<T: DeserializeOwned>(&self, path: &str, body: &Value) -> Result<T> {
-        let request = self.signed(self.agent.post(self.url(path)));
+        let request = signed(self.agent.post(self.url(path)), self.token.as_ref());
         self.decoded(path, self.checked(path, request.send_json(body))?)
-    }
-
-    fn signed<B>(&self, request: RequestBuilder<B>) -> RequestBuilder<B> {
-        match &self.token {
-            Some(token) => request.header("authorization", format!("Bearer {}", token.reveal())),
-            None => request,
-        }
     }
 
     fn url(&self, path: &str) -> String {

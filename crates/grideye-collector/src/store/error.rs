@@ -1,7 +1,6 @@
 //! The errors of a store, and [`RecordingId`], which names a recording in them.
 
 use std::fmt;
-use std::path::PathBuf;
 use std::str::FromStr;
 
 pub(crate) type Result<T, E = StoreError> = core::result::Result<T, E>;
@@ -111,14 +110,6 @@ pub enum StoreError {
         "the store's {0} was overwritten or cut short by another program while it was in use, and nothing more is acknowledged\nhint: stop the collector, restore the store from a backup (`grideye restore BACKUP --store FILE`), and start it again; agents keep their frames and retry"
     )]
     Overwritten(&'static str),
-    /// Another program has the file for itself.
-    #[error("another program restores the store\nhint: start again when it is done")]
-    InUse,
-    /// The file ends before its last page.
-    #[error(
-        "the store's file was cut short: it ends before its last page\nhint: restore it from a backup: `grideye restore BACKUP --store FILE`; nothing was changed"
-    )]
-    CutShort,
     /// The database cannot be reached, or rejects this program's login.
     #[error(
         "the database cannot be reached: {0}\nhint: is it running, does it exist, and are user and password right? Agents keep their frames and retry"
@@ -134,65 +125,14 @@ pub enum StoreError {
         "a migration into this database is not finished\nhint: run the same `grideye migrate` again; it resumes where it stopped"
     )]
     Unfinished,
-    /// The database already holds frames or recordings.
-    #[error(
-        "the database holds frames or recordings already\nhint: migrate into a new database (`createdb`)"
-    )]
-    NotEmpty,
     /// The file is not an SQLite database.
     #[error(
         "the file is not a database\nhint: name another file, or move this one away; if the file does not exist, a new store is created"
     )]
     NotADatabase,
-    /// The file is another program's database.
-    #[error(
-        "the file is a database of another program\nhint: name another file; if the file does not exist, a new store is created"
-    )]
-    Foreign,
-    /// A later version of this program wrote the file.
-    #[error(
-        "the store has layout {found}, and this program knows layouts up to {known}\nhint: use the program that made it, or a newer one"
-    )]
-    Newer {
-        /// The layout of the file.
-        found: i64,
-        /// The newest layout this program knows.
-        known: i64,
-    },
-    /// A version before the first release wrote the file.
-    #[error(
-        "the store has layout {found}, which was in use before the first release; this program knows layouts {oldest} to {known}\nhint: name another file; with the program that made this one, `grideye record` and the page still export its recordings as CSV"
-    )]
-    Older {
-        /// The layout of the file.
-        found: i64,
-        /// The oldest layout this program knows.
-        oldest: i64,
-        /// The newest layout this program knows.
-        known: i64,
-    },
-    /// The store needs an upgrade, and the disk has no room for the copy that is made first.
-    #[error(
-        "the store has layout {from}, and the disk has no room for {}, the copy of its {bytes} bytes that is needed before the upgrade\nhint: make room on this disk, or move the store to a larger one; nothing was changed", .backup.display()
-    )]
-    NoRoomForBackup {
-        /// The layout of the file.
-        from: i64,
-        /// The path of the copy.
-        backup: PathBuf,
-        /// Bytes of the store.
-        bytes: u64,
-    },
-    /// The store needs an upgrade, and another copy stands where the first copy goes.
-    #[error(
-        "the store has layout {from}, and {} is a copy of another state of it\nhint: move that copy away and start again: the store is then copied and upgraded; nothing was changed", .backup.display()
-    )]
-    BackupInTheWay {
-        /// The layout of the file.
-        from: i64,
-        /// The path of the copy.
-        backup: PathBuf,
-    },
+    /// The store is not one that this program may open, upgrade or fill: why, and a hint.
+    #[error("{0}")]
+    Refused(String),
     /// The file cannot be created or opened.
     #[error("{0}\nhint: the folder must exist and be writable for this user, and the file too")]
     Unusable(String),
@@ -202,6 +142,21 @@ pub enum StoreError {
     /// The database failed for another reason.
     #[error("the store failed: {0}")]
     Failed(String),
+}
+
+impl StoreError {
+    /// The file or database is another program's.
+    pub(super) fn foreign() -> Self {
+        let what = "the file is a database of another program\nhint: name another file; if the file does not exist, a new store is created";
+        Self::Refused(what.to_owned())
+    }
+
+    /// A later version of this program wrote the store.
+    pub(super) fn newer(found: i64, known: i64) -> Self {
+        Self::Refused(format!(
+            "the store has layout {found}, and this program knows layouts up to {known}\nhint: use the program that made it, or a newer one"
+        ))
+    }
 }
 
 /// The number of a recording, from 1.

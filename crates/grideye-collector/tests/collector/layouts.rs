@@ -340,11 +340,10 @@ async fn a_disk_without_room_for_the_backup_refuses_the_upgrade_and_changes_noth
     // Room for the log, but not for a second file.
     disk.fill_but(80 * 1024);
     let error = open(&path).unwrap_err();
-    assert!(
-        matches!(error, StoreError::NoRoomForBackup { from: 2, .. }),
-        "{error}"
-    );
-    assert!(error.to_string().contains("\nhint: make room"), "{error}");
+    let error = error.to_string();
+    let no_room = "the store has layout 2, and the disk has no room for ";
+    assert!(error.starts_with(no_room), "{error}");
+    assert!(error.contains("\nhint: make room"), "{error}");
     assert!(!backup.exists() && !backup.with_extension("backup.partial").exists());
     assert_is_whole(&path);
     disk.make_room();

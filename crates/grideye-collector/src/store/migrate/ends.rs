@@ -144,57 +144,67 @@ fn streams(connection: &Connection) -> Result<Vec<SourceStream>> {
     Ok(streams)
 }
 
-/// For each table of a stream: SQL that reads its rows as JSON with the database's column names, by the stream's key
-/// and its number in the database, and SQL that writes them.
+/// For each table of a stream: its name in the database, and SQL that reads its rows as JSON with the database's column
+/// names, by the stream's key and its number in the database.
 const OF_STREAMS: [(&str, &str); 3] = [
     (
+        "streams",
         "SELECT json_group_array(json_object('device', device, 'stream', ?2, 'sensor', sensor, 'boot', boot,
              'stored', stored, 'missing', missing, 'added', last_group, 't_last_arrival_ns', t_last_arrival_ns,
              'account', account, 'account_read', account_read, 'came_since_account', came_since_account,
              'expired', expired, 'lane', 0, 'n', 0)) FROM streams WHERE id = ?1",
-        "INSERT INTO grideye.streams SELECT * FROM json_populate_recordset(NULL::grideye.streams, $1::TEXT::JSON)",
     ),
     (
+        "runs",
         "SELECT json_group_array(json_object('device', device, 'stream', ?2, 'first_seq', first, 'last_seq',
              iif(first = (SELECT max(first) FROM runs WHERE stream_id = ?1), max(last, last_seq), last)))
          FROM runs JOIN streams ON id = stream_id WHERE stream_id = ?1",
-        "INSERT INTO grideye.runs SELECT * FROM json_populate_recordset(NULL::grideye.runs, $1::TEXT::JSON)",
     ),
     (
+        "shares",
         "SELECT json_group_array(json_object('device', device, 'stream', ?2, 'epoch', epoch, 'first_seq', first_seq,
              'last_seq', last_seq, 'stored', stored, 'missing', missing)) FROM (
                  SELECT s.device, a.epoch, min(a.first_seq) AS first_seq, max(a.last_seq) AS last_seq,
                      sum(a.stored) AS stored, sum(a.missing) AS missing
                  FROM all_shares a JOIN streams s ON s.id = a.stream_id WHERE a.stream_id = ?1 GROUP BY a.epoch)",
-        "INSERT INTO grideye.shares SELECT * FROM json_populate_recordset(NULL::grideye.shares, $1::TEXT::JSON)",
     ),
 ];
 
 /// The same for the tables of recordings, and what is known of the store.
 const OF_RECORDINGS: [(&str, &str); 5] = [
     (
+        "leases",
         "SELECT json_group_array(json_object('recording', recording_id, 'renewals', renewals)) FROM leases",
-        "INSERT INTO grideye.leases SELECT * FROM json_populate_recordset(NULL::grideye.leases, $1::TEXT::JSON)",
     ),
     (
+        "facts",
         "SELECT json_group_array(json_object('fact', fact)) FROM facts",
-        "INSERT INTO grideye.facts SELECT * FROM json_populate_recordset(NULL::grideye.facts, $1::TEXT::JSON)",
     ),
     (
+        "recordings",
         "SELECT json_group_array(json_object('id', id, 'name', name, 't_start_ns', t_start_ns, 't_stop_ns', t_stop_ns,
              'after_epoch', after_epoch, 'through_epoch', through_epoch)) FROM recordings",
-        "INSERT INTO grideye.recordings
-         SELECT * FROM json_populate_recordset(NULL::grideye.recordings, $1::TEXT::JSON)",
     ),
     (
+        "notes",
         "SELECT json_group_array(json_object('recording', recording_id, 'note', note)) FROM notes WHERE note <> ''",
-        "INSERT INTO grideye.notes SELECT * FROM json_populate_recordset(NULL::grideye.notes, $1::TEXT::JSON)",
     ),
     (
+        "labels",
         "SELECT json_group_array(json_object('recording', recording_id, 'number', number, 'label', label)) FROM labels",
-        "INSERT INTO grideye.labels SELECT * FROM json_populate_recordset(NULL::grideye.labels, $1::TEXT::JSON)",
     ),
 ];
+
+fn insert(table: &str) -> String {
+    format!(
+        "INSERT INTO grideye.{table} SELECT * FROM json_populate_recordset(NULL::grideye.{table}, $1::TEXT::JSON)"
+    )
+}
+
+fn not_empty() -> StoreError {
+    let what = "the database holds frames or recordings already\nhint: migrate into a new database (`createdb`)";
+    StoreError::Refused(what.to_owned())
+}
 
 /// The database, with a table of its own for the progress of the copy.
 pub(super) struct Target {
@@ -235,13 +245,13 @@ impl Target {
                 }
                 // The file changed or is another one: the rows copied so far are useless.
                 (false, false) => self.session.batch("TRUNCATE grideye.frames").await?,
-                (false, true) => return Err(StoreError::NotEmpty),
+                (false, true) => return Err(not_empty()),
             }
         }
         let sql = "SELECT (SELECT count(*) FROM grideye.streams) + (SELECT count(*) FROM grideye.recordings)";
         let held: i64 = self.session.query(sql, &[]).await?[0].try_get(0)?;
         if held > 0 {
-            return Err(StoreError::NotEmpty);
+            return Err(not_empty());
         }
         self.session.transact(self.claim(fingerprint)).await?;
         Ok(Some(Cursor {
@@ -315,13 +325,14 @@ impl Target {
     async fn name_all(&self, source: &Source) -> Result<()> {
         let session = &self.session;
         for stream in &source.streams {
-            for (read, write) in OF_STREAMS {
+            for (table, read) in OF_STREAMS {
                 let rows = source.text(read, params![stream.key, stream.number])?;
-                session.execute(write, &[&rows]).await?;
+                session.execute(&insert(table), &[&rows]).await?;
             }
         }
-        for (read, write) in OF_RECORDINGS {
-            session.execute(write, &[&source.text(read, [])?]).await?;
+        for (table, read) in OF_RECORDINGS {
+            let rows = source.text(read, [])?;
+            session.execute(&insert(table), &[&rows]).await?;
         }
         // Every collector starts with this epoch, which is later than all copied ones.
         let epoch = source.epoch.saturating_add(1);

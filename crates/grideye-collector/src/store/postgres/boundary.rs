@@ -148,7 +148,7 @@ async fn next_epoch(session: &Session) -> Result<i64> {
 async fn lock_epoch(session: &Session) -> Result<i64> {
     let sql = "SELECT epoch FROM grideye.layout FOR UPDATE";
     let rows = session.query(sql, &[]).await?;
-    let row = rows.first().ok_or(StoreError::Foreign)?;
+    let row = rows.first().ok_or_else(StoreError::foreign)?;
     Ok(row.try_get(0)?)
 }
 

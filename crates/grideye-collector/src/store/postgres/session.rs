@@ -18,8 +18,8 @@ pub(crate) struct Session {
     url: PostgresUrl,
     limits: Limits,
     client: Client,
-    /// At most one entry per SQL text in this module.
-    prepared: Mutex<HashMap<&'static str, Statement>>,
+    /// At most one entry per SQL text of the stores.
+    prepared: Mutex<HashMap<String, Statement>>,
 }
 
 impl Session {
@@ -66,20 +66,12 @@ impl Session {
         Ok(())
     }
 
-    pub(crate) async fn query(
-        &self,
-        sql: &'static str,
-        parameters: Parameters<'_>,
-    ) -> Result<Vec<Row>> {
+    pub(crate) async fn query(&self, sql: &str, parameters: Parameters<'_>) -> Result<Vec<Row>> {
         let statement = self.prepare(sql).await?;
         Ok(self.client.query(&statement, parameters).await?)
     }
 
-    pub(crate) async fn execute(
-        &self,
-        sql: &'static str,
-        parameters: Parameters<'_>,
-    ) -> Result<u64> {
+    pub(crate) async fn execute(&self, sql: &str, parameters: Parameters<'_>) -> Result<u64> {
         let statement = self.prepare(sql).await?;
         Ok(self.client.execute(&statement, parameters).await?)
     }
@@ -104,13 +96,13 @@ impl Session {
         done
     }
 
-    async fn prepare(&self, sql: &'static str) -> Result<Statement> {
+    async fn prepare(&self, sql: &str) -> Result<Statement> {
         let known = lock(&self.prepared).get(sql).cloned();
         if let Some(statement) = known {
             return Ok(statement);
         }
         let statement = self.client.prepare(sql).await?;
-        lock(&self.prepared).insert(sql, statement.clone());
+        lock(&self.prepared).insert(sql.to_owned(), statement.clone());
         Ok(statement)
     }
 }
@@ -254,7 +246,7 @@ pub(crate) async fn prepare(session: &Session) -> Result<()> {
         }
         tokio::time::sleep(PAUSE).await;
     }
-    Err(last.unwrap_or(StoreError::Foreign))
+    Err(last.unwrap_or_else(StoreError::foreign))
 }
 
 /// Checks, without changing anything, whether the tables exist. Rejects those of a later version.
@@ -271,11 +263,8 @@ async fn recognize(session: &Session) -> Result<bool> {
     match layout.transpose()? {
         Some(LAYOUT) => Ok(true),
         Some(UNFINISHED) => Err(StoreError::Unfinished),
-        Some(found) if found > LAYOUT => Err(StoreError::Newer {
-            found: found.into(),
-            known: LAYOUT.into(),
-        }),
-        _ => Err(StoreError::Foreign),
+        Some(found) if found > LAYOUT => Err(StoreError::newer(found.into(), LAYOUT.into())),
+        _ => Err(StoreError::foreign()),
     }
 }
 

@@ -31,7 +31,7 @@ impl PostgresStore {
     /// Connects, and creates missing tables. Must be called within a tokio runtime.
     ///
     /// # Errors
-    /// [`StoreError::Unreachable`], [`StoreError::Newer`], and errors of the database.
+    /// [`StoreError::Unreachable`], a later version's tables, and errors of the database.
     pub async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self> {
         let session = Session::open(url, limits).await?;
         session::prepare(&session).await?;

@@ -186,14 +186,15 @@ impl Known {
 }
 
 /// A chunk on its way into the table.
-struct Moving {
-    key: i64,
-    first_seq: i64,
-    last_seq: i64,
-    epoch: i64,
-    t_store_ns: i64,
-    frames: i64,
-    rows: Vec<u8>,
+pub(super) struct Moving {
+    pub(super) key: i64,
+    pub(super) first_seq: i64,
+    pub(super) last_seq: i64,
+    pub(super) epoch: i64,
+    pub(super) t_store_ns: i64,
+    pub(super) frames: i64,
+    pub(super) is_sealed: bool,
+    pub(super) rows: Vec<u8>,
 }
 
 impl Moving {
@@ -211,11 +212,11 @@ impl Moving {
         None
     }
 
-    fn insert(self, connection: &Connection) -> Result<()> {
+    pub(super) fn insert(self, connection: &Connection) -> Result<()> {
         connection
             .prepare_cached(
                 "INSERT INTO chunks (stream_id, first_seq, last_seq, epoch, t_store_ns, frames, is_sealed, rows)
-                 VALUES (?, ?, ?, ?, ?, ?, 0, ?)",
+                 VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
             )?
             .execute(params![
                 self.key,
@@ -224,6 +225,7 @@ impl Moving {
                 self.epoch,
                 self.t_store_ns,
                 self.frames,
+                self.is_sealed,
                 self.rows
             ])?;
         Ok(())
@@ -244,6 +246,7 @@ pub(crate) fn move_arrivals(connection: &Connection) -> Result<()> {
             epoch: row.get(3)?,
             t_store_ns: row.get(4)?,
             frames: row.get(5)?,
+            is_sealed: false,
             rows: row.get(6)?,
         })
     })?;

@@ -168,7 +168,7 @@ pub(crate) fn open(file: &Path, limits: &Limits) -> Result<Connection> {
     connection.busy_timeout(limits.store_lock_time_max)?;
     match recognize(&connection)? {
         Found::Store | Found::Older(_) => Ok(connection),
-        Found::Nothing => Err(StoreError::Foreign),
+        Found::Nothing => Err(StoreError::foreign()),
     }
 }
 
@@ -453,18 +453,20 @@ fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf> 
         return if state(&found).ok() == Some(state(transaction)?) {
             Ok(backup)
         } else {
-            Err(StoreError::BackupInTheWay { from, backup })
+            Err(StoreError::Refused(format!(
+                "the store has layout {from}, and {} is a copy of another state of it\nhint: move that copy away and start again: the store is then copied and upgraded; nothing was changed",
+                backup.display()
+            )))
         };
     }
     // A second connection, because the first is inside its transaction.
     let source = Connection::open_with_flags(file, READ_WRITE)?;
     match copy(&source, &backup, &mut |_, _, _| (), |_, _| Ok(())) {
         Ok(()) => Ok(backup),
-        Err(BackupError::NoRoom { bytes, .. }) => Err(StoreError::NoRoomForBackup {
-            from,
-            backup,
-            bytes,
-        }),
+        Err(BackupError::NoRoom { bytes, .. }) => Err(StoreError::Refused(format!(
+            "the store has layout {from}, and the disk has no room for {}, the copy of its {bytes} bytes that is needed before the upgrade\nhint: make room on this disk, or move the store to a larger one; nothing was changed",
+            backup.display()
+        ))),
         Err(error) => Err(StoreError::Unusable(error.to_string())),
     }
 }

@@ -135,7 +135,8 @@ fn is_alone(file: &File, time_max: Duration) -> Result<bool> {
             return Ok(false);
         }
         if began.elapsed() >= time_max {
-            return Err(StoreError::InUse);
+            let used = "another program restores the store\nhint: start again when it is done";
+            return Err(StoreError::Refused(used.to_owned()));
         }
         std::thread::sleep(LOCK_EVERY);
     }
@@ -150,7 +151,10 @@ fn accept(path: &Path, file: &File, events: &Log) -> Result<()> {
     };
     match identity::judge(file, &log)? {
         Found::Whole => {}
-        Found::CutShort => return Err(StoreError::CutShort),
+        Found::CutShort => {
+            let cut = "the store's file was cut short: it ends before its last page\nhint: restore it from a backup: `grideye restore BACKUP --store FILE`; nothing was changed";
+            return Err(StoreError::Refused(cut.to_owned()));
+        }
         Found::NoLog => events.say(
             &event("store_log_missing", "the store was not closed, and its log is not there")
                 .with("at_risk", "the frames of the last minutes before it ended, unless another program merged the log into the file")

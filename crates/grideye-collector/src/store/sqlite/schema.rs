@@ -173,16 +173,11 @@ pub(super) fn recognize(connection: &Connection) -> Result<Found> {
     match (number("application_id")?, number("user_version")?) {
         (0, 0) if tables == 0 => Ok(Found::Nothing),
         (APPLICATION_ID, LAYOUT) => Ok(Found::Store),
-        (APPLICATION_ID, found) if found < OLDEST => Err(StoreError::Older {
-            found,
-            oldest: OLDEST,
-            known: LAYOUT,
-        }),
+        (APPLICATION_ID, found) if found < OLDEST => Err(StoreError::Refused(format!(
+            "the store has layout {found}, which was in use before the first release; this program knows layouts {OLDEST} to {LAYOUT}\nhint: name another file; with the program that made this one, `grideye record` and the page still export its recordings as CSV"
+        ))),
         (APPLICATION_ID, found) if found < LAYOUT => Ok(Found::Older(found)),
-        (APPLICATION_ID, found) => Err(StoreError::Newer {
-            found,
-            known: LAYOUT,
-        }),
-        _ => Err(StoreError::Foreign),
+        (APPLICATION_ID, found) => Err(StoreError::newer(found, LAYOUT)),
+        _ => Err(StoreError::foreign()),
     }
 }

@@ -4,6 +4,7 @@ use crate::limits::Limits;
 use crate::log::{Level, LogEvent};
 use crate::store::error::Result;
 use crate::store::segment::{self, SealedRow};
+use crate::store::sqlite::append::Moving;
 use crate::store::sqlite::retain::{Deleted, DeletedCounts, Retention};
 use crate::store::sqlite::time::{self, nanoseconds};
 use crate::store::sqlite::{read, retain};
@@ -161,20 +162,17 @@ fn seal_next(
         connection
             .prepare_cached("DELETE FROM chunks WHERE stream_id = ? AND first_seq BETWEEN ? AND ?")?
             .execute(params![key, gathered.first_seq, gathered.last_seq])?;
-        connection
-            .prepare_cached(
-                "INSERT INTO chunks (stream_id, first_seq, last_seq, epoch, t_store_ns, frames, is_sealed, rows)
-                 VALUES (?, ?, ?, ?, ?, ?, 1, ?)",
-            )?
-            .execute(params![
-                key,
-                gathered.first_seq,
-                gathered.last_seq,
-                gathered.epoch,
-                gathered.t_store_ns,
-                gathered.frames,
-                segment
-            ])?;
+        let sealed = Moving {
+            key,
+            first_seq: gathered.first_seq,
+            last_seq: gathered.last_seq,
+            epoch: gathered.epoch,
+            t_store_ns: gathered.t_store_ns,
+            frames: gathered.frames,
+            is_sealed: true,
+            rows: segment,
+        };
+        sealed.insert(connection)?;
     }
     connection
         .prepare_cached("UPDATE streams SET sealed_through = ? WHERE id = ?")?
