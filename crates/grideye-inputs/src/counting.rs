@@ -95,7 +95,7 @@ fn temperatures(record: &Record) -> Option<[f32; 64]> {
 pub fn weights(path: &Path) -> Result<Vec<u8>, InputError> {
     let refused = |error: &dyn std::fmt::Display| {
         let shown = shown(path);
-        let hint = "hint: tests/peers/counting/run --weights FILE writes such a file";
+        let hint = "hint: tests/peers/counting/run --weights FOLDER writes such a file";
         InputError::new(format!("{shown}: {error}\n{hint}")).of(path)
     };
     let mut bytes = Vec::new();
