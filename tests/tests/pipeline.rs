@@ -78,7 +78,7 @@ fn the_demonstration_ends_with_delivery_scores_and_report() {
     );
     let verdict = line(&ended, "verdict");
     assert!(
-        verdict.contains("Agrees: `person` is where and when the scene has them: ")
+        verdict.contains("Agrees: `person` is where and when the scene says. ")
             && verdict.ends_with("of 100 frames."),
         "{verdict}"
     );

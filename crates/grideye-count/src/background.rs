@@ -185,7 +185,7 @@ impl Room {
     /// Takes the next frame, °C.
     pub fn see(&mut self, celsius: &[f32; PIXELS]) {
         self.seen += 1;
-        if !self.seen.is_multiple_of(self.stride) {
+        if self.seen % self.stride != 0 {
             return;
         }
         if self.count == ROOM_FRAMES {

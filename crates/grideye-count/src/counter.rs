@@ -16,8 +16,8 @@ const NEWS: f32 = 0.5;
 const NOBODY_SURE: f32 = 10.0;
 /// The longest time between frames that what was known before survives.
 const GAP_S: f64 = 5.0;
-/// Nothing is known of the count.
-const ANY: [f32; CLASSES] = [0.25; CLASSES];
+/// Before the first frame: rooms are empty most of the time.
+const FIRST: [f32; CLASSES] = [0.85, 0.05, 0.05, 0.05];
 /// An input's highest value.
 const INPUT_MAX: f32 = 32_767.0;
 
@@ -72,7 +72,7 @@ impl Counter {
     const fn from(background: Background) -> Self {
         Self {
             background,
-            chances: ANY,
+            chances: FIRST,
             last_s: None,
             seen_s: 0.0,
         }
@@ -93,7 +93,7 @@ impl Counter {
         let excess = self.background.excess(self.seen_s, celsius)?;
         let alone = chances(&network.scores(&excess.map(input)));
         if passed_s > GAP_S {
-            self.chances = ANY;
+            self.chances = FIRST;
         }
         self.chances = updated(&self.chances, &alone, single(passed_s.min(GAP_S)));
         let people = told(&self.chances);

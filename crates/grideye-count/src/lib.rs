@@ -1,22 +1,4 @@
-//! Counts people in the frames of an AMG8833: how many, where, and who goes over a line.
-//!
-//! ```
-//! use grideye_count::{Counter, Network};
-//!
-//! let (network, mut counter) = (Network::default(), Counter::with_background([22.0; 64]));
-//! let mut frame = [22.0; 64];
-//! assert_eq!(counter.see(&network, 0.0, &frame).unwrap().people, 0);
-//! for pixel in [27, 28, 35, 36] {
-//!     frame[pixel] = 25.0;
-//! }
-//! let counts = (1..20).map(|tenth| counter.see(&network, f64::from(tenth) / 10.0, &frame).unwrap());
-//! let last = counts.last().unwrap();
-//! assert_eq!((last.people, last.pixels >> 27 & 1), (1, 1));
-//! ```
-//!
-//! A frame goes through the empty room ([`Counter`] learns it), a network of integers trained on simulated frames
-//! alone ([`Network`]), and a filter over time. Without `std` and without allocation.
-
+#![doc = include_str!("../README.md")]
 #![no_std]
 mod background;
 mod counter;

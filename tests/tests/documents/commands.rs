@@ -93,6 +93,13 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         Run("", &["  1 person", "  nobody"]),
     ),
     (
+        "grideye count recording.csv --line -0.5,3.5,7.5,3.5",
+        By(
+            "crates/grideye/tests/commands/count.rs",
+            "json_lines_and_the_column_of_convert_have_the_same_counts",
+        ),
+    ),
+    (
         "grideye collect --count",
         By(
             "tests/tests/page/people.rs",

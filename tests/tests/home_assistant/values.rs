@@ -76,7 +76,9 @@ fn assert_config(kept: &Heard) {
         &config["unit_of_measurement"],
         &config["state_class"],
     );
-    if platform == "sensor" {
+    if entity == "people" {
+        assert_eq!(class, (&Value::Null, &Value::Null, &json!("measurement")));
+    } else if platform == "sensor" {
         assert_eq!(
             class,
             (&json!("temperature"), &json!("°C"), &json!("measurement"))

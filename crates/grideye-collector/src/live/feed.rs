@@ -142,7 +142,7 @@ impl Live {
             .count(sensor.stream.account.as_ref(), Some(now));
         if let Some(counting) = &self.counting {
             let counted = sensor.counted.get_or_insert_with(|| Counted::new(counting));
-            counted.see(counting, &shown);
+            counted.see(counting, records_of(&shown));
         }
         self.recent.take(&sensor.stream.id, records_of(&shown));
         if self.events.receiver_count() == 0 {

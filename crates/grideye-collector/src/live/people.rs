@@ -1,6 +1,5 @@
 //! How many people each sensor sees, if the collector counts.
 
-use crate::live::sensor::Measured;
 use grideye_count::{Count, Counter, Gate, Line, Network, celsius};
 use grideye_recording::Record;
 use serde_json::{Value, json};
@@ -40,8 +39,8 @@ impl Counted {
         }
     }
 
-    pub(super) fn see(&mut self, counting: &Counting, shown: &[Measured<&Record>]) {
-        for record in shown.iter().map(|measured| measured.record) {
+    pub(super) fn see<'r>(&mut self, counting: &Counting, shown: impl Iterator<Item = &'r Record>) {
+        for record in shown {
             let Some(frame) = record.reading.frame() else {
                 continue;
             };

@@ -259,7 +259,7 @@ fn what_was_found_narrows_the_laws_of_the_scene() {
     let wide: String = lines.filter(|line| !line.starts_with("sd = { ")).collect();
     let wide = judged(&read(&wide));
     assert_eq!(wide.verdict, Verdict::CannotTell, "{wide}");
-    let law = "give a smaller sd in [[uncertain]]";
+    let law = "give a smaller `sd` in `[[uncertain]]`";
     assert!(wide.next_step.contains(law), "{wide}");
 }
 

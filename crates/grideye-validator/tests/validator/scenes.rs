@@ -483,7 +483,7 @@ fn a_real_empty_room_cannot_tell() {
         "{:?}",
         comparison.judgment.reasons
     );
-    assert!(comparison.judgment.reasons[0].contains("nothing but the room and noise"));
+    assert!(comparison.judgment.reasons[0].contains("only the room and noise"));
     let sigma = comparison.noise_sigma_c.unwrap();
     assert!((0.25..0.42).contains(&sigma), "{sigma}");
 }

@@ -25,20 +25,20 @@ pub(crate) struct Count {
     /// chance of each count), places (column, row, °C above the empty room), and with --line entered and left so far.
     #[arg(long, value_name = "FILE.jsonl")]
     pub(crate) json: Option<PathBuf>,
-    /// Line to count crossings of, in pixels.
+    /// Line to count crossings of [default: none].
     ///
-    /// 0,0 is the middle of pixel 1, and x grows along a row. Who goes from the line's left to its right, looking from its first
+    /// In pixels: 0,0 is the middle of pixel 1, and x grows along a row. Who goes from the line's left to its right, looking from its first
     /// point to its second, has entered.
     #[arg(long, value_name = "X1,Y1,X2,Y2", allow_hyphen_values = true)]
     pub(crate) line: Option<Line>,
-    /// Profile that knows the empty room [default: learned].
+    /// Empty room, as a profile [default: learned].
     ///
     /// Its `[background]`, as `grideye characterize` measures it. Without it, a pixel's empty room is what its colder frames show.
     #[arg(long, value_name = "FILE")]
     pub(crate) profile: Option<PathBuf>,
-    /// Learn the empty room as live, from the first frames.
+    /// Learn the empty room as the collector does.
     ///
-    /// Nothing is counted for half a minute.
+    /// From the first half minute, in which nothing is counted.
     #[arg(long, conflicts_with = "profile")]
     pub(crate) live: bool,
     /// File of the network [default: the shipped one].
@@ -63,11 +63,16 @@ pub(crate) struct CountLive {
     /// Count the people in front of each sensor.
     ///
     /// For the live page, GET /v1/sensors, /metrics and Home Assistant, for which it is on. A .gec file is another network.
-    #[arg(long, value_name = "FILE.gec", num_args = 0..=1, require_equals = true)]
+    #[arg(long, value_name = "FILE.gec", hide_short_help = true, num_args = 0..=1, require_equals = true)]
     pub(crate) count: Option<Option<PathBuf>>,
-    /// Line to count crossings of, in pixels.
+    /// Line to count crossings of [default: none].
     ///
     /// As of `grideye count`; the same for every sensor. Turns on --count.
-    #[arg(long, value_name = "X1,Y1,X2,Y2", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "X1,Y1,X2,Y2",
+        hide_short_help = true,
+        allow_hyphen_values = true
+    )]
     pub(crate) line: Option<Line>,
 }

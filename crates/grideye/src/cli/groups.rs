@@ -18,19 +18,17 @@ Simulate, emulate:
   distinguish  Tell situations apart
   coverage     Place sensors in a room
   emulate      Test a driver or program";
-const RIGHT: &str = "Compare:
+const RIGHT: &str = "Compare, measure, count:
   compare      Recording against scene
   calibrate    Fit a scene's unknowns
   characterize Measure a sensor's noise
-Count:
-  count        How many people are there
-Data:
+  count        Count people in frames
+Data, administration:
   convert      Change the file format
   audit        Account for every frame
   backup       Copy a running store
   restore      Put a backup in place
   migrate      Move to PostgreSQL
-Administration:
   token        Manage access tokens
   mqtt         Clean up Home Assistant
   completions  Complete in your shell

@@ -5,13 +5,13 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-const SESSION: &str = "session.csv";
+const SESSION: &str = "Session2_2021-07-01_RoomB_v2.csv";
 
 /// A folder with a real session, whose `people_number` says how many people there were.
 fn fixture() -> Fixture {
     let fixture = Fixture::new();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../recordings/linaige");
-    let session = fs::read(folder.join("Session2_2021-07-01_RoomB_v2.csv")).unwrap();
+    let session = fs::read(folder.join(SESSION)).unwrap();
     fixture.put(SESSION, session);
     fixture
 }

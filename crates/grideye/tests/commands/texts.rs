@@ -223,11 +223,6 @@ const BELOW_ZERO: &[(&str, i32, &str)] = &[
         0,
         "",
     ),
-    (
-        "collect --mqtt-presence-above -1.5",
-        2,
-        "'-1.5' for '--mqtt-presence-above",
-    ),
     ("simulate room.toml --frames -1", 2, "'-1' for '--frames"),
 ];
 
