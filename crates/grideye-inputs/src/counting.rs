@@ -108,8 +108,10 @@ pub fn weights(path: &Path) -> Result<Vec<u8>, InputError> {
 /// The network of [`weights`], or the shipped one.
 #[must_use]
 pub fn network(weights: Option<&[u8]>) -> Network<'_> {
-    let own = weights.and_then(|weights| Network::new(weights).ok());
-    own.unwrap_or_else(|| Network::default())
+    match weights.map(Network::new) {
+        Some(Ok(own)) => own,
+        _ => Network::default(),
+    }
 }
 
 /// A counter for the records of one stream. It knows the empty room from a profile, learns it as they come if `live`, or from
