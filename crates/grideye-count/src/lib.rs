@@ -2,7 +2,7 @@
 #![no_std]
 mod background;
 mod counter;
-pub mod judge;
+pub mod evaluation;
 mod line;
 mod network;
 mod numbers;

@@ -1,8 +1,8 @@
-//! A scene without what no draw needs, because each draw is read anew.
+//! A scene without what no draw needs, because each draw is read again.
 
 use grideye_scene::Files;
 
-/// The text with blanks in place of comments and of tables of what varies, because each draw is read anew. All else stays in
+/// The text with blanks in place of comments and of tables of what varies, because each draw is read again. All else stays in
 /// its place.
 pub(crate) fn bare(text: &str) -> String {
     let mut is_vary = false;

@@ -1,13 +1,12 @@
 //! `grideye convert`: one recording format into another.
 
 use crate::cli::Convert;
-use crate::count::{self, People};
 use crate::exit::{Outcome, bad_input};
-use crate::{export, files, progress, recordings};
+use crate::{count, export, files, progress, recordings};
 use anyhow::{Result, anyhow};
 use grideye_export::ExportError;
 use grideye_export::recording::{Row, Rows};
-use grideye_import::{Import, ImportError, Options};
+use grideye_import::{ImportError, Options};
 use grideye_inputs::InputError;
 use grideye_recording::StreamId;
 use std::time::Duration;
@@ -16,17 +15,21 @@ pub(crate) fn run(options: &Convert) -> Result<Outcome> {
     files::keep_apart([&options.input], [&options.output])?;
     let mut import = recordings::import(&options.input, &stated(options)?)?;
     let mut labels = import.labels().to_vec();
-    let people = options
-        .count
-        .then(|| count::people(&options.input))
-        .transpose()?;
-    labels.extend(people.is_some().then(|| "people".to_owned()));
+    let mut counted = None;
+    if options.count {
+        let mut all: Vec<_> = import.by_ref().collect();
+        count::add_people(&mut all, labels.len()).map_err(bad_input)?;
+        labels.push("people".to_owned());
+        counted = Some(all.into_iter());
+    }
     let mut broken = None;
     let mut rows = Asked {
-        import: &mut import,
+        rows: match &mut counted {
+            Some(counted) => counted,
+            None => &mut import,
+        },
         sensor: options.sensor.as_deref(),
         input: &options.input,
-        people: people.as_ref(),
         broken: &mut broken,
     };
     let rows = Rows::of_recording(&labels, &mut rows);
@@ -45,11 +48,9 @@ pub(crate) fn run(options: &Convert) -> Result<Outcome> {
 
 /// The rows of the sensor that was asked for, up to where the file breaks.
 struct Asked<'a> {
-    import: &'a mut Import,
+    rows: &'a mut dyn Iterator<Item = Result<grideye_recording::Row, ImportError>>,
     sensor: Option<&'a str>,
     input: &'a std::path::Path,
-    /// How many people each frame shows, if that was asked for.
-    people: Option<&'a People>,
     broken: &'a mut Option<ImportError>,
 }
 
@@ -59,17 +60,8 @@ impl Iterator for Asked<'_> {
     fn next(&mut self) -> Option<Self::Item> {
         let is_asked = |stream: &StreamId| self.sensor.is_none_or(|sensor| stream.is_of(sensor));
         loop {
-            match self.import.next()? {
-                Ok(mut row) if is_asked(&row.stream) => {
-                    if let Some(people) = self.people {
-                        let people = people
-                            .get(&row.stream)
-                            .and_then(|of| of.get(&row.record.seq));
-                        row.labels
-                            .push(people.map(u8::to_string).unwrap_or_default());
-                    }
-                    return Some(Ok(Row::from(row)));
-                }
+            match self.rows.next()? {
+                Ok(row) if is_asked(&row.stream) => return Some(Ok(Row::from(row))),
                 Ok(_) => {}
                 Err(error) if error.is_break() => {
                     *self.broken = Some(error);

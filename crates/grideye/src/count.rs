@@ -7,12 +7,11 @@ use crate::{progress, recordings};
 use anyhow::{Result, anyhow};
 use grideye_collector::Counting;
 use grideye_count::Network;
-use grideye_count::judge::{Confusion, Judged, Judgment, NEAR_CHANGE_S, VOTES};
-use grideye_inputs::counting::{
-    FrameCount, count, counter, network, people as table_of, times, weights,
-};
-use grideye_inputs::shown;
-use grideye_recording::{Record, StreamId};
+use grideye_count::evaluation::{Confusion, Evaluation, Labeled, NEAR_CHANGE_S, VOTES};
+use grideye_import::ImportError;
+use grideye_inputs::counting::{FrameCount, count, counter, network, people, times, weights};
+use grideye_inputs::{InputError, shown};
+use grideye_recording::{Record, Row, StreamId};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -58,27 +57,34 @@ pub(crate) fn run(options: &Count) -> Result<Outcome> {
             }
         };
         if let Some(truth) = &options.truth {
-            let judged = judged(records, &table(truth, records)?, &counts);
-            text += &in_words(&Judgment::of(&judged));
+            let labeled = labeled(records, &table(truth, records)?, &counts);
+            text += &in_words(&Evaluation::of(&labeled));
         }
     }
     answer(options.json.as_ref(), || lines, || text)?;
     Ok(Outcome::Done)
 }
 
-/// By stream and by the frame's number.
-pub(crate) type People = BTreeMap<StreamId, BTreeMap<u64, u8>>;
-
-/// How many people each frame of a recording shows.
-pub(crate) fn people(path: &Path) -> Result<People> {
-    let streams = recordings::load_streams(path)?.into_iter();
-    let counted = streams.map(|(stream, records)| {
-        let counter = counter(&records, None, false).map_err(bad_input)?;
+/// Adds to rows that were read how many people each frame shows, behind their `labels`.
+pub(crate) fn add_people(
+    rows: &mut [Result<Row, ImportError>],
+    labels: usize,
+) -> Result<(), InputError> {
+    let mut streams: BTreeMap<StreamId, Vec<&mut Row>> = BTreeMap::new();
+    for row in rows.iter_mut().flatten() {
+        streams.entry(row.stream.clone()).or_default().push(row);
+    }
+    for rows in streams.into_values() {
+        let records: Vec<Record> = rows.iter().map(|row| row.record).collect();
+        let counter = counter(&records, None, false)?;
         let frames = count(&records, Network::default(), counter, None);
-        let known = frames.filter_map(|frame| Some((frame.seq, frame.count?.people)));
-        Ok((stream, known.collect()))
-    });
-    counted.collect()
+        for (row, frame) in rows.into_iter().zip(frames) {
+            let people = frame.count.map(|count| count.people.to_string());
+            row.labels.resize(labels, String::new());
+            row.labels.push(people.unwrap_or_default());
+        }
+    }
+    Ok(())
 }
 
 /// How a collector counts, if it does.
@@ -193,24 +199,24 @@ fn table(named: &str, records: &[Record]) -> Result<Vec<Option<u8>>> {
         _ => (named, None),
     };
     let path = Path::new(path);
-    let people = table_of(path, column).map_err(bad_input)?;
+    let people = people(path, column).map_err(bad_input)?;
     people.of(records, path).map_err(bad_input)
 }
 
 /// Frames with a true number.
-fn judged(records: &[Record], truth: &[Option<u8>], counts: &[Option<u8>]) -> Vec<Judged> {
+fn labeled(records: &[Record], truth: &[Option<u8>], counts: &[Option<u8>]) -> Vec<Labeled> {
     let frames = times(records).zip(truth).zip(counts);
-    let judged = frames.filter_map(|((at_s, truth), counted)| {
-        Some(Judged {
+    let labeled = frames.filter_map(|((at_s, truth), counted)| {
+        Some(Labeled {
             at_s,
             truth: (*truth)?,
             counted: *counted,
         })
     });
-    judged.collect()
+    labeled.collect()
 }
 
-fn in_words(judgment: &Judgment) -> String {
+fn in_words(evaluation: &Evaluation) -> String {
     let percent = |share: Option<f64>| {
         share.map_or("-".to_owned(), |share| format!("{:.1} %", 100.0 * share))
     };
@@ -223,19 +229,19 @@ fn in_words(judgment: &Judgment) -> String {
         "\n{:<44}{:>10}{:>24}{:>25}\n",
         "", "balanced", "empty called occupied", "occupied called empty"
     );
-    text += &row("all frames", &judgment.all);
+    text += &row("all frames", &evaluation.all);
     text += &row(
         &format!("more than {NEAR_CHANGE_S} s from a change of the truth"),
-        &judgment.steady,
+        &evaluation.steady,
     );
-    text += &row(&format!("majority of {VOTES} frames"), &judgment.majority);
+    text += &row(&format!("majority of {VOTES} frames"), &evaluation.majority);
     text += &format!(
         "\nlongest time wrong {:.1} s; {} frames without a count\n",
-        judgment.longest_wrong_s, judgment.not_yet
+        evaluation.longest_wrong_s, evaluation.not_yet
     );
     text += "\nframes by true number (rows) and count (columns)\n";
     text += &format!("{:>10}{:>8}{:>8}{:>8}{:>8}\n", "", 0, 1, 2, "3+");
-    for (truth, row) in ["0", "1", "2", "3+"].iter().zip(judgment.all.0) {
+    for (truth, row) in ["0", "1", "2", "3+"].iter().zip(evaluation.all.0) {
         let cells: String = row.iter().map(|frames| format!("{frames:>8}")).collect();
         text += &format!("{truth:>10}{cells}\n");
     }

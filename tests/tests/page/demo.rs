@@ -160,7 +160,7 @@ fn is_in_sight(browser: &Browser, selector: &str) -> Result<bool, Failure> {
     Ok(browser.execute(&script)? == true)
 }
 
-/// No two places of the page say what is to be thought of the sensor: they would not always say the same.
+/// No two places of the page give the verdict: they would not always give the same one.
 fn assert_one_verdict(browser: &Browser) -> Outcome {
     let script = "return document.body.innerText.match(/\\b(agrees|disagrees|cannot tell|no verdict yet)\\b/gi)";
     let said: Vec<String> = serde_json::from_value(browser.execute(script)?)?;

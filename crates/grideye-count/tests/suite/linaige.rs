@@ -1,6 +1,6 @@
 //! Two sessions of a real sensor, which the network has not seen.
 
-use grideye_count::judge::{Judged, Judgment};
+use grideye_count::evaluation::{Evaluation, Labeled};
 use grideye_count::{Counter, Network, Room, celsius};
 use std::fs::File;
 use std::path::Path;
@@ -31,7 +31,7 @@ fn session(name: &str) -> Session {
 }
 
 /// Each frame alone, and as counted.
-fn judged(session: &Session, mut counter: Counter) -> [Judgment; 2] {
+fn judged(session: &Session, mut counter: Counter) -> [Evaluation; 2] {
     let network = Network::default();
     let mut counts = [Vec::new(), Vec::new()];
     for ((at_s, frame), truth) in session
@@ -46,14 +46,14 @@ fn judged(session: &Session, mut counter: Counter) -> [Judgment; 2] {
             count.map(|count| count.people),
         ];
         for (counts, counted) in counts.iter_mut().zip(both) {
-            counts.push(Judged {
+            counts.push(Labeled {
                 at_s: *at_s,
                 truth: *truth,
                 counted,
             });
         }
     }
-    counts.map(|counts| Judgment::of(&counts))
+    counts.map(|counts| Evaluation::of(&counts))
 }
 
 fn percent(share: Option<f64>) -> f64 {

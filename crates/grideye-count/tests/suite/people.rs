@@ -166,3 +166,25 @@ fn a_text_that_is_no_line_is_refused() {
         assert!(text.parse::<grideye_count::Line>().is_err(), "{text}");
     }
 }
+
+/// A warm spot of 3 x 3 pixels around this row.
+fn spot(row: usize) -> [f32; 64] {
+    std::array::from_fn(|pixel| {
+        let is_near = (pixel / 8).abs_diff(row) <= 1 && (pixel % 8).abs_diff(4) <= 1;
+        if is_near { 2.0 } else { 0.0 }
+    })
+}
+
+#[test]
+fn down_over_a_line_from_left_to_right_is_entering_and_up_is_leaving() {
+    // Who looks along the line, to the right, has the lower rows at the right hand.
+    let mut gate = Gate::new("-0.5,3.5,7.5,3.5".parse().unwrap());
+    let rows = [1, 1, 1, 2, 3, 4, 5, 6, 6, 5, 4, 3, 2, 1];
+    let crossed: Vec<[u64; 2]> = (0..)
+        .zip(rows)
+        .map(|(tenth, row)| gate.see(f64::from(tenth) / 10.0, &spot(row)))
+        .collect();
+    let at = |wanted| crossed.iter().position(|crossed| *crossed == wanted);
+    assert_eq!((at([1, 0]), at([0, 1])), (Some(5), Some(11)));
+    assert_eq!((gate.entered, gate.left), (1, 1));
+}

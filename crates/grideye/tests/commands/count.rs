@@ -50,7 +50,7 @@ fn a_count_is_judged_beside_true_numbers_wherever_they_stand() {
         printed(&fixture, &["count", SESSION, "--truth", &named]),
         judged
     );
-    // The truth as somebody else's counts is never wrong.
+    // The truth as another program's counts is never wrong.
     let perfect = printed(
         &fixture,
         &["count", SESSION, "--truth", SESSION, "--counts", SESSION],

@@ -10,7 +10,7 @@ pub const VOTES: usize = 7;
 
 /// One frame with both counts; 3 is three and more.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Judged {
+pub struct Labeled {
     /// When, in seconds.
     pub at_s: f64,
     /// How many people there were.
@@ -59,7 +59,7 @@ fn share(part: u64, of: u64) -> Option<f64> {
 
 /// What became of a recording's frames.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Judgment {
+pub struct Evaluation {
     /// Frames with an answer.
     pub all: Confusion,
     /// Of these, the ones more than [`NEAR_CHANGE_S`] from a change of the truth.
@@ -72,10 +72,10 @@ pub struct Judgment {
     pub longest_wrong_s: f64,
 }
 
-impl Judgment {
-    /// Judges frames in the order of their times.
+impl Evaluation {
+    /// Evaluates frames in the order of their times.
     #[must_use]
-    pub fn of(frames: &[Judged]) -> Self {
+    pub fn of(frames: &[Labeled]) -> Self {
         let mut judged = Self::default();
         let mut wrong_since = None;
         let mut votes = [0; CLASSES];
@@ -112,9 +112,9 @@ impl Judgment {
     }
 }
 
-fn is_steady(frames: &[Judged], at: usize) -> bool {
+fn is_steady(frames: &[Labeled], at: usize) -> bool {
     let frame = frames[at];
-    let near = |other: &&Judged| (other.at_s - frame.at_s).abs() <= NEAR_CHANGE_S;
+    let near = |other: &&Labeled| (other.at_s - frame.at_s).abs() <= NEAR_CHANGE_S;
     let (before, after) = frames.split_at(at);
     let beside = before
         .iter()
