@@ -197,7 +197,7 @@ impl Broker {
         kept
     }
 
-    /// Publishes something, as anybody might.
+    /// Publishes something at quality of service 1, as anybody might; the broker has it afterwards.
     ///
     /// # Panics
     /// When there is no `mosquitto_pub`, or the broker refuses.
@@ -205,7 +205,7 @@ impl Broker {
         let file = self.folder.path().join("payload");
         std::fs::write(&file, payload).unwrap();
         let mut command = Command::new("mosquitto_pub");
-        command.args(["-p", &self.port.to_string(), "-t", topic]);
+        command.args(["-q", "1", "-p", &self.port.to_string(), "-t", topic]);
         if retain {
             command.arg("-r");
         }

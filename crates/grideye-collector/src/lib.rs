@@ -45,7 +45,7 @@ pub mod store;
 
 pub use accounts::{Account, Accounts, Rivals};
 pub use clock::{Clock, SystemClock};
-pub use http::{Annex, AppState, Asset, Inside, Refusal, attachment, played};
+pub use http::{Annex, AppState, Asset, Ingest, Inside, Refusal, attachment, played};
 pub use limits::Limits;
 pub use live::{Counting, NewestFrame, NewestFrames, People, RecentFrames};
 pub use log::{Level, Log, LogEvent};

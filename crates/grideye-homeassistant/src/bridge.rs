@@ -4,7 +4,7 @@
 //! afterwards it publishes whatever is newest then.
 
 use crate::broker::Broker;
-use crate::connection::{CONNECT_TIME_MAX, Connection};
+use crate::connection::{Client, Connection, Pauses};
 use crate::discovery::{self, OFFLINE, ONLINE};
 use crate::fault::Fault;
 use crate::packet::{Heard, Message};
@@ -15,7 +15,7 @@ use grideye_collector::{Clock, Level, Log, LogEvent, NewestFrame, NewestFrames};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
+use tokio::time::{Instant, MissedTickBehavior, interval};
 
 /// How often the newest frames are polled: agents send batches twice a second.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
@@ -23,14 +23,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(500);
 pub(crate) const SENSORS_MAX: usize = 512;
 /// Maximum sensors remembered from an earlier collector's messages on the broker.
 const LEFT_MAX: usize = 2 * SENSORS_MAX;
-/// How often the broker is pinged, and how long it may take to answer.
-const PING_EVERY: Duration = Duration::from_secs(10);
-const PONG_TIME_MAX: Duration = Duration::from_secs(20);
-/// Pauses between connection attempts: doubled from the first to the last.
-const PAUSE_FIRST: Duration = Duration::from_secs(1);
-const PAUSE_LAST: Duration = Duration::from_secs(30);
-/// After a connection that lasted this long, the pause starts at the first again.
-const STEADY: Duration = Duration::from_secs(10);
+/// Maximum bytes of a packet heard: a word, or one sensor's configuration.
+pub(crate) const TOLD_BYTES_MAX: usize = 64 * 1024;
 /// The same fault is logged again after this time.
 const FAULT_SAID_EVERY: Duration = Duration::from_secs(600);
 
@@ -56,8 +50,6 @@ struct Left {
 
 struct Link {
     connection: Connection,
-    pinged_at: Instant,
-    unanswered_since: Option<Instant>,
     /// All retained messages have arrived.
     is_caught_up: bool,
 }
@@ -86,29 +78,28 @@ impl Bridge {
 
     /// Connects and publishes, again and again. When the program ends, the broker publishes the last will.
     pub(crate) async fn run(mut self) {
-        let mut pause = PAUSE_FIRST;
+        let mut pauses = Pauses::default();
         loop {
-            let began = Instant::now();
             let Err(fault) = self.connect_and_tell().await;
             self.status.lost(&fault);
             self.say(fault);
-            if began.elapsed() >= STEADY + CONNECT_TIME_MAX {
-                pause = PAUSE_FIRST;
-            }
-            sleep(pause).await;
-            pause = (2 * pause).min(PAUSE_LAST);
+            pauses.pause().await;
         }
     }
 
     async fn connect_and_tell(&mut self) -> Result<std::convert::Infallible, Fault> {
         let topics = &self.telling.topics;
         let will = Message::retained(topics.bridge(), OFFLINE);
-        let client_id = topics.client_id();
-        let connection = Connection::open(&self.broker, &client_id, Some(&will)).await?;
+        let client_id = topics.client_id("");
+        let client = Client {
+            id: &client_id,
+            will: Some(&will),
+            is_kept: false,
+            bytes_max: TOLD_BYTES_MAX,
+        };
+        let connection = Connection::open(&self.broker, client).await?;
         let mut link = Link {
             connection,
-            pinged_at: Instant::now(),
-            unanswered_since: None,
             is_caught_up: false,
         };
         self.begin(&mut link).await?;
@@ -119,7 +110,7 @@ impl Bridge {
                 heard = link.connection.hear() => self.hear(heard?, &mut link).await?,
                 _tick = looks.tick() => {
                     self.look(&mut link).await?;
-                    link.keep_alive().await?;
+                    link.connection.keep_alive().await?;
                 }
             }
         }
@@ -137,8 +128,8 @@ impl Bridge {
         let topics = &self.telling.topics;
         let availability = topics.availability("+");
         let filters = [availability, topics.all_cameras(), topics.birth()];
-        link.connection.subscribe(&filters).await?;
-        link.ping().await?;
+        link.connection.subscribe(&filters, 0).await?;
+        link.connection.ping().await?;
         let online = Message::retained(topics.bridge(), ONLINE);
         self.publish(link, [online]).await
     }
@@ -196,10 +187,7 @@ impl Bridge {
 
     async fn hear(&mut self, heard: Heard, link: &mut Link) -> Result<(), Fault> {
         match heard {
-            Heard::Pong => {
-                link.unanswered_since = None;
-                link.is_caught_up = true;
-            }
+            Heard::Pong => link.is_caught_up = true,
             Heard::Subscribed(codes) if codes.iter().any(|code| *code >= 0x80) => {
                 let refused = LogEvent::new(Level::Warning, "mqtt_may_not_read");
                 self.log.say(&refused.with("broker", &self.broker).with(
@@ -207,11 +195,11 @@ impl Bridge {
                     "the broker's access list must let this user read its own topics, or removed sensors come back",
                 ));
             }
-            Heard::Published(message) => {
+            Heard::Published(message, _) => {
                 let told = self.answer(&message);
                 self.publish(link, told).await?;
             }
-            Heard::Subscribed(_) | Heard::Connected(_) => {}
+            Heard::Subscribed(_) | Heard::Connected(_) | Heard::TooLong(..) => {}
         }
         Ok(())
     }
@@ -288,24 +276,5 @@ impl Bridge {
             let event = LogEvent::new(Level::Warning, "mqtt_too_many_sensors");
             self.log.say(&event.with("told_at_most", SENSORS_MAX));
         }
-    }
-}
-
-impl Link {
-    async fn ping(&mut self) -> Result<(), Fault> {
-        self.pinged_at = Instant::now();
-        self.unanswered_since.get_or_insert(self.pinged_at);
-        self.connection.ping().await
-    }
-
-    async fn keep_alive(&mut self) -> Result<(), Fault> {
-        let unanswered_since = self.unanswered_since;
-        if unanswered_since.is_some_and(|since| since.elapsed() > PONG_TIME_MAX) {
-            return Err(Fault::silent(PONG_TIME_MAX));
-        }
-        if self.pinged_at.elapsed() >= PING_EVERY {
-            self.ping().await?;
-        }
-        Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! Why the broker is not reachable, with advice for the user.
 
 use crate::broker::SettingNames;
+use grideye_collector::Refusal;
 use std::fmt;
 use std::io;
 use std::time::Duration;
@@ -59,6 +60,13 @@ impl Fault {
             names.topic
         );
         Self::new("the broker closed the connection", hint)
+    }
+
+    /// The collector takes no frames now.
+    pub(crate) fn not_stored(refusal: &Refusal) -> Self {
+        let refusal = refusal.to_string();
+        let (what, hint) = refusal.split_once("\nhint: ").unwrap_or((&refusal, AGAIN));
+        Self::new(format!("frames wait at the broker: {what}"), hint)
     }
 
     pub(crate) fn garbled(what: &impl fmt::Display) -> Self {

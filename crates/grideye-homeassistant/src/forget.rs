@@ -1,8 +1,8 @@
 //! Deletes what the broker retains of a sensor.
 
-use crate::bridge::SENSORS_MAX;
+use crate::bridge::{SENSORS_MAX, TOLD_BYTES_MAX};
 use crate::broker::Broker;
-use crate::connection::{CONNECT_TIME_MAX, Connection};
+use crate::connection::{CONNECT_TIME_MAX, Client, Connection};
 use crate::discovery;
 use crate::fault::Fault;
 use crate::packet::Heard;
@@ -21,14 +21,20 @@ pub async fn forget(
 ) -> Result<bool, Fault> {
     let id = topics::id(device, sensor);
     let client_id = format!("grideyeforget{}", std::process::id());
-    let connection = Connection::open(broker, &client_id, None).await?;
+    let client = Client {
+        id: &client_id,
+        will: None,
+        is_kept: false,
+        bytes_max: TOLD_BYTES_MAX,
+    };
+    let connection = Connection::open(broker, client).await?;
     remove(connection, topics, &id).await
 }
 
 /// Returns whether there was a configuration.
 async fn remove(mut connection: Connection, topics: &Topics, id: &str) -> Result<bool, Fault> {
     let camera = topics.config(id, ENTITIES[0]);
-    connection.subscribe(&[camera]).await?;
+    connection.subscribe(&[camera], 0).await?;
     let found = until_pong(&mut connection).await?;
     for message in discovery::removal(topics, id) {
         connection.publish(&message).await?;
@@ -47,8 +53,8 @@ async fn until_pong(connection: &mut Connection) -> Result<bool, Fault> {
         let heard = timeout(CONNECT_TIME_MAX, connection.hear()).await;
         match heard.map_err(|_elapsed| Fault::silent(CONNECT_TIME_MAX))?? {
             Heard::Pong => return Ok(found),
-            Heard::Published(message) => found |= !message.payload.is_empty(),
-            Heard::Connected(_) | Heard::Subscribed(_) => {}
+            Heard::Published(message, _) => found |= !message.payload.is_empty(),
+            Heard::Connected(_) | Heard::Subscribed(_) | Heard::TooLong(..) => {}
         }
     }
     Err(Fault::garbled(&"no end of messages"))

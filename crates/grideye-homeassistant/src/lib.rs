@@ -1,4 +1,4 @@
-//! The bridge to Home Assistant: publishes the sensors' current values on an MQTT broker.
+//! The bridge to an MQTT broker: publishes the sensors' current values for Home Assistant, and takes frames.
 //!
 //! ```text
 //!    collector's newest frames ── twice a second ──▶ sensor ── what is due ──▶ broker ──▶ Home Assistant
@@ -30,6 +30,7 @@ mod connection;
 mod discovery;
 mod fault;
 mod forget;
+mod intake;
 mod packet;
 mod sensor;
 mod status;
@@ -46,6 +47,7 @@ use axum::response::Json;
 use axum::routing::get;
 use bridge::Bridge;
 use grideye_collector::{Annex, Log};
+use intake::Intake;
 use status::Status;
 use std::sync::Arc;
 
@@ -53,12 +55,15 @@ use std::sync::Arc;
 #[must_use]
 pub fn annex(broker: Broker, telling: Telling, log: Log) -> Annex {
     let annex = Annex::new("mqtt", move |inside| {
-        let status = Status::new(broker.to_string());
+        let [told, taken] = [(); 2].map(|()| Status::new(broker.to_string()));
         let source = (inside.newest.clone(), Arc::clone(&inside.clock));
-        let told = (broker.clone(), telling.clone());
-        let bridge = Bridge::new(told.0, told.1, source, log.clone(), status.clone());
+        let topics = telling.topics.clone();
+        let intake = Intake::new(broker.clone(), topics, inside, log.clone(), taken.clone());
+        let telling = telling.clone();
+        let bridge = Bridge::new(broker.clone(), telling, source, log.clone(), told.clone());
+        tokio::spawn(intake.run());
         tokio::spawn(bridge.run());
-        let answer = move || async move { Json(status.json()) };
+        let answer = move || async move { Json(told.json(&taken)) };
         Router::new().route("/v1/mqtt", get(answer))
     });
     annex.described_by(include_str!("../openapi.json"))

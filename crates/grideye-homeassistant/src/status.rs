@@ -16,6 +16,8 @@ struct Told {
     fault: Option<Fault>,
     sensors: usize,
     published: u64,
+    taken: u64,
+    refused: u64,
 }
 
 impl Status {
@@ -48,20 +50,41 @@ impl Status {
         self.told().published += 1;
     }
 
-    pub(crate) fn json(&self) -> Value {
-        let told = self.told();
-        let fault = told.fault.as_ref();
+    pub(crate) fn took(&self) {
+        self.told().taken += 1;
+    }
+
+    pub(crate) fn refused(&self) {
+        self.told().refused += 1;
+    }
+
+    /// What is published, and what frames were taken.
+    pub(crate) fn json(&self, frames: &Self) -> Value {
+        let (told, frames) = (self.told(), frames.told());
         json!({
             "broker": told.broker,
             "connected": told.is_connected,
             "connections": told.connections,
-            "fault": fault.map(|fault| json!({ "message": fault.what, "hint": fault.hint })),
+            "fault": told.fault(),
             "sensors": told.sensors,
             "published": told.published,
+            "frames": {
+                "connected": frames.is_connected,
+                "fault": frames.fault(),
+                "taken": frames.taken,
+                "refused": frames.refused,
+            },
         })
     }
 
     fn told(&self) -> MutexGuard<'_, Told> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Told {
+    fn fault(&self) -> Option<Value> {
+        let fault = self.fault.as_ref();
+        fault.map(|fault| json!({ "message": fault.what, "hint": fault.hint }))
     }
 }

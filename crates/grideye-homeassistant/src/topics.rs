@@ -82,12 +82,38 @@ impl Topics {
         format!("{}/{id}/image", self.base)
     }
 
+    /// Filters for what agents and others publish.
+    pub(crate) fn all_frames(&self) -> [String; 2] {
+        let Self { base, .. } = self;
+        [format!("{base}/+/frames"), format!("{base}/+/+/pixels")]
+    }
+
+    /// What this topic of frames brings.
+    pub(crate) fn published<'a>(&self, topic: &'a str) -> Option<Published<'a>> {
+        let place = topic.strip_prefix(&self.base)?.strip_prefix('/')?;
+        let mut parts = place.split('/');
+        match (parts.next()?, parts.next()?, parts.next(), parts.next()) {
+            (device, "frames", None, None) => Some(Published::Post(device)),
+            (device, sensor, Some("pixels"), None) => Some(Published::Pixels(device, sensor)),
+            _ => None,
+        }
+    }
+
     /// The same for every bridge with these topics, so that the broker ends an earlier connection, which may have lost
     /// its network, instead of reporting the new one as gone. Every broker accepts 23 letters and digits.
-    pub(crate) fn client_id(&self) -> String {
-        let distinction = distinction(&[&self.discovery, &self.base], 8);
+    pub(crate) fn client_id(&self, role: &str) -> String {
+        let distinction = distinction(&[&self.discovery, &self.base, role], 8);
         format!("grideye{distinction}")
     }
+}
+
+/// Frames on the broker.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Published<'a> {
+    /// The JSON of a post, of this device.
+    Post(&'a str),
+    /// 64 temperatures of this device's sensor.
+    Pixels(&'a str, &'a str),
 }
 
 /// The bridge's name among the sensors; no sensor identifier has it.
@@ -151,6 +177,16 @@ mod tests {
         assert_eq!(topics.available_of(&availability), Some("grideye_x"));
         assert_eq!(topics.available_of("grideye/a/b/availability"), None);
         assert_eq!(topics.available_of("other/a/availability"), None);
-        assert_eq!(topics.client_id().len(), 23);
+        let [bridge, frames] = ["", "frames"].map(|role| topics.client_id(role));
+        assert!(bridge != frames && bridge.len() == 23 && frames.len() == 23);
+        let [post, pixels] = ["grideye/pi-1/frames", "grideye/pi-1/s1/pixels"];
+        assert_eq!(topics.published(post), Some(Published::Post("pi-1")));
+        let expected = Some(Published::Pixels("pi-1", "s1"));
+        assert_eq!(topics.published(pixels), expected);
+        assert_eq!(topics.published("grideye/pi-1/s1/x/pixels"), None);
+        assert_eq!(
+            topics.all_frames(),
+            ["grideye/+/frames", "grideye/+/+/pixels"]
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! The bridge to Home Assistant, tested with Debian's mosquitto and the real Home Assistant.
+//! The bridge to MQTT, tested with Debian's mosquitto and the real Home Assistant.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
@@ -7,5 +7,6 @@ mod feed;
 mod kept;
 mod real;
 mod removed;
+mod taken;
 mod trust;
 mod values;

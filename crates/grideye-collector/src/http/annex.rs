@@ -1,12 +1,18 @@
 //! Routes that the program adds, behind the collector's own middleware.
 
 use crate::clock::Clock;
+use crate::http::ingest;
+use crate::http::refusal::Refusal;
+use crate::http::state::{AppState, Shared};
 use crate::live::{NewestFrames, RecentFrames};
-use crate::store::FrameStore;
+use crate::shares::Sender;
+use crate::store::{FrameStore, StoreError};
 use axum::Router;
+use grideye_recording::wire::Batch;
 use std::borrow::Cow;
 use std::fmt;
-use std::sync::Arc;
+use std::net::Ipv4Addr;
+use std::sync::{Arc, Weak};
 
 /// A file for pages, served publicly as `/assets/NAME`.
 #[derive(Debug, Clone, Copy)]
@@ -123,4 +129,24 @@ pub struct Inside {
     pub newest: NewestFrames,
     /// The collector's clock.
     pub clock: Arc<dyn Clock>,
+    /// Takes frames that did not come as a post.
+    pub ingest: Ingest,
+}
+
+/// Takes frames as `POST /v1/frames` does, with the same checks, limits and counters.
+#[derive(Clone)]
+pub struct Ingest(pub(crate) Weak<Shared>);
+
+impl Ingest {
+    /// Stores a batch whole or not at all, and returns once it is on disk.
+    ///
+    /// # Errors
+    /// [`Refusal`] as the post's; one that [may pass](Refusal::may_pass) is for later.
+    pub async fn store(&self, batch: Batch) -> Result<(), Refusal> {
+        let shared = self.0.upgrade().ok_or(StoreError::Closed)?;
+        // All that an annex brings counts as one sender's; no peer has this address.
+        let sender = Sender::of(None, Ipv4Addr::UNSPECIFIED.into());
+        let stored = ingest::store(&AppState(shared), &Arc::new(batch), &sender).await;
+        stored.map(drop)
+    }
 }

@@ -10,6 +10,7 @@ use crate::http::headers::OF_NO_PAGE;
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::log::{Level, LogEvent};
+use crate::shares::Sender;
 use crate::store::Appended;
 use axum::body::Body;
 use axum::extract::Request;
@@ -59,10 +60,30 @@ async fn take(
     let body = in_body_time(&shared.limits, body).await?;
     let batch = Arc::new(form.read(&body)?);
     check_device(caller, &batch.device)?;
+    let answer = store(state, &batch, &room.sender()).await?;
+    // Kept until here: a batch that waits for the disk takes memory just as its body did.
+    drop(room);
+    shared.agents.heard(&batch.device, headers);
+    if shared
+        .agents
+        .leaves_nothing(&batch.device, &batch.boot, headers)
+    {
+        tokio::spawn(end_boots_before(state.clone(), batch));
+    }
+    Ok(answer)
+}
+
+/// Stores a batch, shows it, and returns the acknowledgment as JSON.
+pub(crate) async fn store(
+    state: &AppState,
+    batch: &Arc<Batch>,
+    sender: &Sender,
+) -> Result<Vec<u8>, Refusal> {
+    let shared = &state.0;
     let t_arrival_ns = shared.clock.utc_ns();
     let now = shared.clock.monotonic();
-    if !shared.live.shows_boot_of(&batch) {
-        let looked = shared.new_streams.look(room.sender(), now);
+    if !shared.live.shows_boot_of(batch) {
+        let looked = shared.new_streams.look(sender.clone(), now);
         looked.map_err(too_many_new_streams)?;
     }
     if let Some(step_ns) = shared.wall_steps.look(t_arrival_ns, now) {
@@ -70,38 +91,25 @@ async fn take(
         let event = event.with("by_s", step_ns / 1_000_000_000);
         shared.seldom.say("", now, event);
     }
-    let (store, kept) = (&shared.store, Arc::clone(&batch));
-    let appended = store.append(kept, t_arrival_ns).await?;
+    let appended = shared.store.append(Arc::clone(batch), t_arrival_ns).await?;
     for _new in appended.sensors.iter().filter(|part| part.is_new) {
         // Of the last batch before there are too many, all streams are taken.
-        let _ = shared.new_streams.take(room.sender(), now);
+        let _ = shared.new_streams.take(sender.clone(), now);
     }
-    // Kept until here: a batch that waits for the disk takes memory just as its body did.
-    drop(room);
     let answer = appended.acknowledgement().map_err(|error| {
         let what = format!("the answer cannot be written: {error}");
         Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "answer_failed", what)
     })?;
-    count(&shared.counters, &batch, &appended);
-    shared.agents.heard(&batch.device, headers);
-    if shared
-        .agents
-        .leaves_nothing(&batch.device, &batch.boot, headers)
-    {
-        tokio::spawn(end_boots_before(
-            state.clone(),
-            Arc::clone(&batch),
-            t_arrival_ns,
-        ));
-    }
-    shared.live.take(&batch, appended, t_arrival_ns);
+    count(&shared.counters, batch, &appended);
+    shared.live.take(batch, appended, t_arrival_ns);
     Ok(answer)
 }
 
 /// Ends the earlier boots of an agent without a disk, once they are silent: what they held in memory is lost. An agent with
 /// a disk reports for them itself.
-async fn end_boots_before(state: AppState, batch: Arc<Batch>, now_ns: i64) {
+async fn end_boots_before(state: AppState, batch: Arc<Batch>) {
     let (agents, store) = (&state.0.agents, state.store());
+    let now_ns = state.0.clock.utc_ns();
     let Ok(streams) = store.streams().await else {
         return;
     };

@@ -19,7 +19,7 @@ pub(crate) mod recordings;
 mod refusal;
 mod state;
 
-pub use annex::{Annex, Asset, Inside};
+pub use annex::{Annex, Asset, Ingest, Inside};
 pub(crate) use origin::HostNames;
 pub use recordings::{attachment, played};
 pub use refusal::Refusal;

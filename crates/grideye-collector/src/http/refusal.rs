@@ -6,6 +6,7 @@ use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Json, Response};
 use grideye_recording::wire::{WireError, WireFault};
 use serde_json::json;
+use std::fmt;
 use std::time::Duration;
 
 /// The code of a rejection, stored in the response for the counters.
@@ -57,6 +58,13 @@ impl Refusal {
             .hint(hint)
     }
 
+    /// Whether the same request may succeed later.
+    #[must_use]
+    pub fn may_pass(&self) -> bool {
+        let is_too_early = self.status == StatusCode::TOO_MANY_REQUESTS;
+        is_too_early || self.status.is_server_error()
+    }
+
     /// The part of the request that is wrong.
     #[must_use]
     pub fn field(mut self, field: impl Into<String>) -> Self {
@@ -76,6 +84,15 @@ impl Refusal {
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
+    }
+}
+
+/// The message, and its hint on a line of its own.
+impl fmt::Display for Refusal {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.message)?;
+        let mut hint = self.hint.iter();
+        hint.try_for_each(|hint| write!(formatter, "\nhint: {hint}"))
     }
 }
 

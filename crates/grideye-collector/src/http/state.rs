@@ -4,7 +4,7 @@ use crate::auth::{AccessFolder, Authenticator, TOKENS_MAX, TokenId};
 use crate::clock::{Clock, WallSteps};
 use crate::counters::Counters;
 use crate::http::agents::Agents;
-use crate::http::annex::Inside;
+use crate::http::annex::{Ingest, Inside};
 use crate::http::origin::HostNames;
 use crate::limits::Limits;
 use crate::live::{Counting, Event, Live, NewestFrames};
@@ -163,6 +163,7 @@ impl AppState {
             recent: self.0.live.recent().clone(),
             newest: NewestFrames::new(Arc::clone(&self.0.live)),
             clock: self.clock(),
+            ingest: Ingest(Arc::downgrade(&self.0)),
         }
     }
 }
