@@ -7,6 +7,12 @@
 )]
 pub mod broker;
 
+#[expect(
+    clippy::unwrap_used,
+    reason = "what fails here fails the test that asked for it"
+)]
+pub mod c_library;
+
 pub mod comparing;
 
 pub mod live_page;

@@ -4,9 +4,9 @@ pub(crate) mod line;
 mod sensors;
 pub(crate) mod wire;
 
-use crate::bus::line::{Control, Line, Wires};
+use crate::bus::line::{Control, Course, Line, Wires};
 use crate::bus::sensors::Sensors;
-use crate::bus::wire::{Talk, Wire};
+use crate::bus::wire::{Acknowledged, Talk, Wire};
 use crate::clock::Clock;
 use crate::device::Device;
 use crate::device::options::Options;
@@ -15,10 +15,34 @@ use crate::fault::{Chance, Fault, FaultCounts, FaultKind, FaultSet};
 use crate::signal::{Address, BusError, InterruptPin, Outcome, Traffic};
 use crate::source::FrameSource;
 use core::num::NonZeroU32;
-use embedded_hal::i2c::{ErrorType, I2c, Operation};
+use embedded_hal::i2c::{ErrorType, I2c, NoAcknowledgeSource, Operation};
 
 pub use sensors::STEPS_MAX;
 pub use wire::{Carry, SCL_HZ};
+
+/// A transaction that a controller holds open between calls: from [`Bus::start`] to [`Bus::stop`].
+#[derive(Debug)]
+#[must_use = "the sensor's registers stand still until Bus::stop"]
+pub struct Open {
+    address: u8,
+    number: u64,
+    reading: Option<bool>,
+    outcome: Acknowledged,
+    course: Option<Course>,
+}
+
+impl Open {
+    /// The seven bits of the address.
+    #[must_use]
+    pub const fn address(&self) -> u8 {
+        self.address
+    }
+
+    /// Lets the next operation begin with a repeated START, whatever its direction.
+    pub const fn restart(&mut self) {
+        self.reading = None;
+    }
+}
 
 /// A bus with up to two sensors behind `embedded_hal::i2c::I2c`.
 ///
@@ -130,6 +154,74 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         self.transact::<1>(&mut [], &mut Control::default(), address, talk)
     }
 
+    /// Opens a transaction that goes on by [`step`](Self::step), for a controller whose state is outside, such as a simulated
+    /// microcontroller's. `reads` is the direction of its first operation, which sends the address.
+    /// # Errors
+    /// A fault of the bus; then there is no transaction.
+    pub fn start(&mut self, address: u8, reads: bool) -> Result<Open, BusError> {
+        let number = self.open();
+        let place = Address::from_bits(address);
+        if let Some(blocked) = self.sensors.faults.blocking(place, number) {
+            let (kind, error) = CONTROLLER[blocked];
+            let struck = FaultSet::from_iter([kind]);
+            self.sensors.faults.settle(place, number, struck);
+            self.refuse(address, reads, kind, error)?;
+        }
+        let happened = core::mem::take(&mut self.sensors.faults.happened);
+        self.wire.begin(happened);
+        let line = place.and_then(|place| self.sensors.line(place, number));
+        Ok(Open {
+            address,
+            number,
+            reading: None,
+            outcome: Ok(()),
+            course: line.map(|line| line.course),
+        })
+    }
+
+    /// The next operation of an open transaction, with a START where the direction changes. An empty one sends the address
+    /// alone.
+    /// # Errors
+    /// Which byte was not acknowledged.
+    pub fn step(
+        &mut self,
+        open: &mut Open,
+        operation: &mut Operation<'_>,
+    ) -> Result<(), NoAcknowledgeSource> {
+        let lines = [open.course.and_then(|course| self.sensors.resume(course))];
+        let control = &mut Control::default();
+        let mut wires = Wires { control, lines };
+        let reading = &mut open.reading;
+        let outcome = (self.wire).operation(open.address, &mut wires, reading, operation);
+        let [line] = wires.lines;
+        open.course = line.map(|line| line.course);
+        open.outcome = open.outcome.and(outcome);
+        outcome
+    }
+
+    /// STOP.
+    /// # Errors
+    /// The first byte that was not acknowledged.
+    #[expect(clippy::needless_pass_by_value, reason = "a transaction stops once")]
+    pub fn stop(&mut self, open: Open) -> Result<(), BusError> {
+        let lines = [open.course.and_then(|course| self.sensors.resume(course))];
+        let control = &mut Control::default();
+        let mut wires = Wires { control, lines };
+        let result = self.wire.end(open.address, &mut wires, open.outcome);
+        let [line] = wires.lines;
+        if let Some((place, struck)) = line.map(|line| (line.course.address, line.struck())) {
+            self.settle(place, open.number, struck);
+        }
+        result
+    }
+
+    /// What a sensor does at the STOP.
+    fn settle(&mut self, place: Address, number: u64, struck: FaultSet) {
+        self.sensors.faults.settle(Some(place), number, struck);
+        let now = self.wire.clock.now();
+        self.sensors.stop(place, now);
+    }
+
     /// Reports to the controller the error that blocks the whole transaction.
     fn refuse(&mut self, address: u8, reads: bool, kind: FaultKind, error: BusError) -> Outcome {
         let mut faults = core::mem::take(&mut self.sensors.faults.happened);
@@ -222,9 +314,7 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         let buses = connected(self, channels, selected);
         for ((number, struck), bus) in numbers.iter().zip(struck).zip(buses) {
             if let (Some(place), Some(struck)) = (place, struck) {
-                bus.sensors.faults.settle(Some(place), *number, struck);
-                let now = bus.wire.clock.now();
-                bus.sensors.stop(place, now);
+                bus.settle(place, *number, struck);
             }
         }
         result

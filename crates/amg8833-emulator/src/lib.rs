@@ -20,7 +20,7 @@ mod source;
 pub mod trace;
 mod word;
 
-pub use bus::{Bus, Carry, SCL_HZ, STEPS_MAX};
+pub use bus::{Bus, Carry, Open, SCL_HZ, STEPS_MAX};
 pub use clock::Clock;
 #[cfg(target_has_atomic = "64")]
 pub use clock::ManualClock;

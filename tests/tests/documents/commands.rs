@@ -29,6 +29,8 @@ pub(crate) const DRIVER_CI: &str = "tests/tests/driver_ci.rs";
 pub(crate) const DRIVER_CI_PYTHON: &str = "the_python_suite_passes_on_the_emulated_sensor";
 pub(crate) const ARDUINO: &str = "tests/tests/arduino/example.rs";
 pub(crate) const ARDUINO_RED: &str = "the_examples_driver_is_green_and_one_without_a_sign_is_red";
+pub(crate) const C_LIBRARY: &str = "tests/tests/c_library/main.rs";
+pub(crate) const C_LIBRARY_README: &str = "the_readme_is_a_test_that_passes";
 pub(crate) const PACKAGES: &str = "tests/tests/packages/main.rs";
 pub(crate) const INSTALLED: &str = "the_packages_are_installed_started_upgraded_removed_and_purged";
 pub(crate) const WALK: &str = "grideye simulate scenes/experiment-3.toml --out walk.csv";
@@ -321,6 +323,15 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     (
         "cd /tmp/driver && python3 -m venv venv && . venv/bin/activate && pip install -r python/requirements.txt",
         By(DRIVER_CI, DRIVER_CI_PYTHON),
+    ),
+    // crates/amg8833-c/README.md
+    (
+        "cargo build --release -p amg8833-c",
+        By(C_LIBRARY, C_LIBRARY_README),
+    ),
+    (
+        "cc -I crates/amg8833-c/include test.c target/release/libamg8833_c.a -lm -lpthread -ldl -o test && ./test",
+        By(C_LIBRARY, C_LIBRARY_README),
     ),
     // tests/examples/firmware-ci/README.md
     (

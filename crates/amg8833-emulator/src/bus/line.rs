@@ -64,10 +64,17 @@ impl<S: FrameSource, const N: usize> Wires<'_, S, N> {
     }
 }
 
+/// A sensor's part in one transaction.
 pub(crate) struct Line<'a, S> {
-    device: &'a mut Device<S>,
-    faults: &'a mut Faults,
-    address: Address,
+    pub(crate) device: &'a mut Device<S>,
+    pub(crate) faults: &'a mut Faults,
+    pub(crate) course: Course,
+}
+
+/// How far one transaction with a sensor has come.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Course {
+    pub(crate) address: Address,
     plan: Plan,
     bytes: u16,
     written: u16,
@@ -86,89 +93,91 @@ impl<'a, S: FrameSource> Line<'a, S> {
         address: Address,
         number: u64,
     ) -> Self {
-        let plan = faults.plan(address, number);
-        Self {
-            device,
-            faults,
+        let course = Course {
             address,
-            plan,
+            plan: faults.plan(address, number),
             bytes: 0,
             written: 0,
             cut: false,
             told: FaultSet::EMPTY,
             struck: FaultSet::EMPTY,
+        };
+        Self {
+            device,
+            faults,
+            course,
         }
     }
 
     pub(crate) fn struck(&self) -> FaultSet {
-        let mut all = self.told;
-        all.join(self.struck);
+        let mut all = self.course.told;
+        all.join(self.course.struck);
         all
     }
 
     fn byte_on_its_way(&mut self, byte: &mut u8, register: Option<u8>) {
-        let place = self.bytes;
-        self.bytes = self.bytes.saturating_add(1);
+        let place = self.course.bytes;
+        self.course.bytes = self.course.bytes.saturating_add(1);
         self.faults.pass_byte();
-        if self.plan.flips && self.faults.flip(byte, self.address, register, place) {
-            self.struck.insert(FaultKind::BitFlip);
+        if self.course.plan.flips && self.faults.flip(byte, self.course.address, register, place) {
+            self.course.struck.insert(FaultKind::BitFlip);
         }
     }
 
     fn lost_pulse(&self) -> Option<u8> {
-        let (byte, bit) = self.plan.short_clock?;
-        (byte == self.bytes).then_some(bit)
+        let (byte, bit) = self.course.plan.short_clock?;
+        (byte == self.course.bytes).then_some(bit)
     }
 
     fn broken_read(&mut self, now: Duration) -> u8 {
         let register = self.device.next_register();
         let lost = self.lost_pulse();
-        let mut byte = if self.cut {
+        let mut byte = if self.course.cut {
             0xFF
         } else {
             self.device.read(now)
         };
         if self.device.take_tore() {
-            self.struck.insert(FaultKind::Torn);
+            self.course.struck.insert(FaultKind::Torn);
         }
-        if let Some(bit) = lost.filter(|_| !self.cut) {
+        if let Some(bit) = lost.filter(|_| !self.course.cut) {
             let late = (1_u8 << bit) - 1;
             byte = (byte & !late) | (byte >> 1 & late);
-            self.cut = true;
-            self.struck.insert(FaultKind::ShortClock);
+            self.course.cut = true;
+            self.course.struck.insert(FaultKind::ShortClock);
         }
         self.byte_on_its_way(&mut byte, register);
-        if self.plan.stuck_high {
+        if self.course.plan.stuck_high {
             byte = 0xFF;
-            self.struck.insert(FaultKind::StuckHigh);
+            self.course.struck.insert(FaultKind::StuckHigh);
         }
-        if self.plan.all_zero {
+        if self.course.plan.all_zero {
             byte = 0x00;
-            self.struck.insert(FaultKind::AllZero);
+            self.course.struck.insert(FaultKind::AllZero);
         }
         byte
     }
 
     fn broken_write(&mut self, mut byte: u8, now: Duration) -> Ack {
-        let refused = if self.plan.nack_byte == Some(self.written) {
+        let refused = if self.course.plan.nack_byte == Some(self.course.written) {
             Some(FaultKind::NackByte)
         } else {
             self.lost_pulse().map(|_| FaultKind::ShortClock)
         };
         if let Some(kind) = refused {
-            self.struck.insert(kind);
+            self.course.struck.insert(kind);
             return self.device.nack();
         }
         let register = self.device.next_register();
         self.byte_on_its_way(&mut byte, register);
-        self.written = self.written.saturating_add(1);
+        self.course.written = self.course.written.saturating_add(1);
         self.device.write(byte, now)
     }
 
     fn start(&mut self, reads: bool, now: Duration) -> Ack {
-        self.cut = false;
-        if let Some(silent) = self.plan.silent {
-            self.struck.insert(silent);
+        self.course.cut = false;
+        if let Some(silent) = self.course.plan.silent {
+            self.course.struck.insert(silent);
             return self.device.refuse_address();
         }
         let ack = if reads {
@@ -176,14 +185,14 @@ impl<'a, S: FrameSource> Line<'a, S> {
         } else {
             self.device.start_write(now)
         };
-        if self.plan.torn.is_some() {
-            self.device.set_tear(self.plan.torn);
+        if self.course.plan.torn.is_some() {
+            self.device.set_tear(self.course.plan.torn);
         }
         ack
     }
 
     fn write(&mut self, byte: u8, now: Duration) -> Ack {
-        if self.plan.any {
+        if self.course.plan.any {
             self.broken_write(byte, now)
         } else {
             self.device.write(byte, now)
@@ -191,7 +200,7 @@ impl<'a, S: FrameSource> Line<'a, S> {
     }
 
     fn read(&mut self, now: Duration) -> u8 {
-        if self.plan.any {
+        if self.course.plan.any {
             self.broken_read(now)
         } else {
             self.device.read(now)
@@ -199,9 +208,9 @@ impl<'a, S: FrameSource> Line<'a, S> {
     }
 
     fn take_struck(&mut self) -> FaultSet {
-        let mut faults = core::mem::take(&mut self.struck);
-        self.told.join(faults);
-        faults.join(self.plan.lasting);
+        let mut faults = core::mem::take(&mut self.course.struck);
+        self.course.told.join(faults);
+        faults.join(self.course.plan.lasting);
         faults.join(self.device.spoiled());
         faults
     }

@@ -1,6 +1,6 @@
 //! The sensors of one bus with their faults, which take effect in order of time.
 
-use crate::bus::line::Line;
+use crate::bus::line::{Course, Line};
 use crate::device::Device;
 use crate::fault::active::{Condition, Faults};
 use crate::fault::{Chance, Fault, FaultKind};
@@ -154,6 +154,17 @@ impl<S: FrameSource> Sensors<S> {
     pub(crate) fn line(&mut self, address: Address, number: u64) -> Option<Line<'_, S>> {
         let device = self.devices[address.place()].as_mut()?;
         Some(Line::new(device, &mut self.faults, address, number))
+    }
+
+    /// The line of a transaction that has come this far.
+    pub(crate) fn resume(&mut self, course: Course) -> Option<Line<'_, S>> {
+        let device = self.devices[course.address.place()].as_mut()?;
+        let faults = &mut self.faults;
+        Some(Line {
+            device,
+            faults,
+            course,
+        })
     }
 
     /// Whether the order of due events matters.

@@ -20,7 +20,7 @@ pub const SCL_HZ: NonZeroU32 = match NonZeroU32::new(100_000) {
     None => NonZeroU32::MIN,
 };
 
-type Acknowledged = Result<(), NoAcknowledgeSource>;
+pub(crate) type Acknowledged = Result<(), NoAcknowledgeSource>;
 
 /// Carries out the next operation of a transaction that is still open; an error says which byte was not acknowledged.
 pub type Carry<'a> = &'a mut dyn FnMut(&mut Operation<'_>) -> Result<(), NoAcknowledgeSource>;
@@ -86,9 +86,24 @@ impl<C: Clock> Wire<C> {
         talk: Talk<'_, '_>,
         happened: FaultSet,
     ) -> Outcome {
+        self.begin(happened);
+        let result = self.exchange(address, wires, talk);
+        self.end(address, wires, result)
+    }
+
+    /// Counts a transaction, whose START comes with its first operation.
+    pub(crate) fn begin(&mut self, happened: FaultSet) {
         self.traffic.transactions += 1;
         self.log.happened(happened);
-        let result = self.exchange(address, wires, talk);
+    }
+
+    /// STOP.
+    pub(crate) fn end<S: FrameSource, const N: usize>(
+        &mut self,
+        address: u8,
+        wires: &mut Wires<'_, S, N>,
+        result: Acknowledged,
+    ) -> Outcome {
         self.bits(1);
         let error = result.err();
         let acknowledge = match error {
@@ -152,7 +167,7 @@ impl<C: Clock> Wire<C> {
     }
 
     /// One operation, after the START that a change of direction needs.
-    fn operation<S: FrameSource, const N: usize>(
+    pub(crate) fn operation<S: FrameSource, const N: usize>(
         &mut self,
         address: u8,
         wires: &mut Wires<'_, S, N>,

@@ -51,10 +51,29 @@ fn one_by_one(bus: &mut Bus<&ManualClock, Source>, address: u8, write: &[u8], re
     (outcome, bytes)
 }
 
+/// The same, held open between calls.
+fn held_open(bus: &mut Bus<&ManualClock, Source>, address: u8, write: &[u8], read: usize) -> Done {
+    let mut bytes = vec![0; read];
+    let mut open = bus.start(address, false).unwrap();
+    let mut all = || {
+        bus.step(&mut open, &mut Operation::Write(&[]))?;
+        for byte in write {
+            bus.step(&mut open, &mut Operation::Write(&[*byte]))?;
+        }
+        bus.step(&mut open, &mut Operation::Read(&mut []))?;
+        for byte in bytes.chunks_mut(1) {
+            bus.step(&mut open, &mut Operation::Read(byte))?;
+        }
+        Ok::<(), NoAcknowledgeSource>(())
+    };
+    let _ = all();
+    (bus.stop(open), bytes)
+}
+
 #[test]
 fn byte_by_byte_is_the_same_transaction_as_at_once() {
-    let clocks = [ManualClock::new(), ManualClock::new()];
-    let mut buses = [sensor(&clocks[0]), sensor(&clocks[1])];
+    let clocks = [const { ManualClock::new() }; 3];
+    let mut buses = [sensor(&clocks[0]), sensor(&clocks[1]), sensor(&clocks[2])];
     let mut random = Random::new(3);
     for bus in &mut buses {
         assert!(bus.set_fault_with_chance(
@@ -72,10 +91,13 @@ fn byte_by_byte_is_the_same_transaction_as_at_once() {
         let read = usize::try_from(random.below(140)).unwrap();
         let wait = Duration::from_micros(random.below(40_000));
         clocks.iter().for_each(|clock| clock.advance(wait));
-        let [first, second] = &mut buses;
+        let [first, second, third] = &mut buses;
         let known = at_once(first, address, write, read);
         assert_eq!(known, one_by_one(second, address, write, read));
+        assert_eq!(known, held_open(third, address, write, read));
         assert_eq!(first.traffic(), second.traffic());
+        assert_eq!(first.traffic(), third.traffic());
+        assert_eq!(first.fault_counts(), third.fault_counts());
         refused += u32::from(known.0.is_err());
     }
     assert!((200..1_800).contains(&refused), "{refused}");
@@ -109,4 +131,5 @@ fn a_bus_that_is_held_fails_before_the_first_byte() {
     assert!(bus.set_fault(None, Fault::Timeout));
     let held = bus.converse(0x69, true, &mut |_| panic!("there is no bus"));
     assert_eq!(held, Err(BusError::Timeout));
+    assert_eq!(bus.start(0x69, true).err(), Some(BusError::Timeout));
 }
