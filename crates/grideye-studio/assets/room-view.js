@@ -84,7 +84,8 @@ export class RoomView {
     const [width, height] = [this.#canvas.clientWidth, this.#canvas.clientHeight].map((side) => Math.max(1, Math.round(side * devicePixelRatio)));
     if (this.#canvas.width === width && this.#canvas.height === height) return;
     Object.assign(this.#canvas, { width, height });
-    this.#later();
+    // A canvas of another size is blank, and must not be painted so.
+    this.#draw();
   }
 
   #draw() {
@@ -123,6 +124,7 @@ export class RoomView {
     for (const item of items) this.#lines(context, item, eye, look);
     this.#names(context, items, eye, look);
     this.#handle(context, eye, look);
+    this.#canvas.dataset.second = this.#scene.at_s;
     this.#canvas.dataset.drawn = `${this.#camera.azimuth} ${this.#camera.elevation} ${this.#camera.nearer.toFixed(2)}`;
   }
 

@@ -82,8 +82,13 @@ export class Rooms {
     if (this.#asking) return;
     this.#asking = true;
     const answer = await fetched(`${this.#path}?at_s=${step === 0 ? 0 : step * this.#step}`);
-    setTimeout(() => { this.#asking = false; }, answer.error ? RETRY_MS : 0);
-    if (!answer.error) this.#rooms.set(step, answer);
+    if (answer.error) {
+      setTimeout(() => { this.#asking = false; }, RETRY_MS);
+    } else {
+      // Before `told`, which asks for the room of a moment that came meanwhile.
+      this.#asking = false;
+      this.#rooms.set(step, answer);
+    }
     if (this.#rooms.size > ROOMS_MAX) this.#rooms.delete(this.#rooms.keys().next().value);
     this.#told(answer.error ?? null);
   }

@@ -29,6 +29,7 @@ pub(crate) fn outline(text: &str, scene: &Scene, at: Duration) -> Value {
         }
     }
     json!({
+        "at_s": at.as_secs_f64(),
         "seconds": scene.duration().as_secs_f64(),
         "keys": plain(&document),
         "room": room(scene, &document["room"]),
@@ -49,6 +50,7 @@ pub(crate) fn room_at(scene: &Scene, at: Duration) -> Value {
     let items =
         named.map(|(index, (kind, name))| moment.item(kind, index, &json!({ "name": name })));
     json!({
+        "at_s": at.as_secs_f64(),
         "room": room(scene, &Value::Null),
         "items": items.collect::<Vec<Value>>(),
         "drawing": drawing::json(scene, at, FACES_MAX),

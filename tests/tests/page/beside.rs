@@ -28,6 +28,13 @@ const SENSOR: &str = "[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\npos
 const WALK: &str = "trajectory = \"way.csv\"\nspeed_mm_per_s = 500\n";
 const WAY: &str = "x_mm,y_mm,z_mm\n500,2000,0\n3500,2000,0\n";
 
+/// Lets each room come half a second late.
+const SLOW_ROOMS: &str = "const fetched = window.fetch;
+window.fetch = async (...asked) => {
+  if (String(asked[0]).includes('/room?')) await new Promise((done) => setTimeout(done, 500));
+  return fetched(...asked);
+};";
+
 /// A collector with scenes, a browser on its page, and what a sensor in one of the scenes would send.
 struct Room {
     collector: RunningCollector,
@@ -114,6 +121,31 @@ impl Room {
     fn wait(&self, name: &str, is_right: impl Fn(&str) -> bool) -> Result<String, Failure> {
         let selector = format!("#beside [data-field={name}]");
         self.browser.wait_for_text(&selector, is_right)
+    }
+
+    /// What the canvas of the room says of its last drawing.
+    fn drawn(&self, what: &str) -> Result<String, Failure> {
+        let script =
+            format!("return document.querySelector('#beside [data-field=room]').dataset.{what}");
+        let said = self.browser.execute(&script)?;
+        Ok(said.as_str().unwrap_or_default().to_owned())
+    }
+
+    /// Waits until the room of a second of the scene is drawn.
+    fn wait_for_room(&self, second: &str) -> Outcome {
+        let drawn = || self.drawn("second");
+        let is_drawn = |drawn: &String| drawn == second;
+        self.browser
+            .wait_for("the room's second", drawn, is_drawn)
+            .map(drop)
+    }
+
+    /// The room's image, after all that was asked for is drawn.
+    fn picture(&self) -> Result<Value, Failure> {
+        self.browser.execute(
+            "return new Promise((done) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done))))
+               .then(() => document.querySelector('#beside [data-field=room]').toDataURL());",
+        )
     }
 
     /// Sends frames until the verdict satisfies: a comparison is made every two seconds.
@@ -297,25 +329,25 @@ fn a_scene_that_moves_begins_runs_ends_and_says_who_is_where() -> Outcome {
         text.starts_with("ana at 1.50 m from the left, 2.00 m")
     })?;
     // The room shows her where she is now, and what the sensor sees in the colors of either frame.
-    let picture = "return document.querySelector('#beside [data-field=room]').toDataURL()";
-    let (of_real, since) = (room.browser.execute(picture)?, Instant::now());
+    room.wait_for_room("2")?;
+    let of_real = room.picture()?;
     room.browser
         .click("#beside [data-field=footprints] option[value=simulated]")?;
-    let mut of_simulated = room.browser.execute(picture)?;
-    while of_simulated == of_real && since.elapsed() < WAIT_MAX {
-        of_simulated = room.browser.execute(picture)?;
-    }
+    let of_simulated = room.picture()?;
     assert_ne!(of_simulated, of_real);
-    room.send(10)?;
+    // Also where the next frames come before the room of the one before them.
+    room.browser.execute(SLOW_ROOMS)?;
+    room.send(1)?;
+    room.send(9)?;
     room.wait("places", |text| text.starts_with("ana at 2.00 m"))?;
-    while room.browser.execute(picture)? == of_simulated && since.elapsed() < WAIT_MAX {}
-    assert_ne!(room.browser.execute(picture)?, of_simulated);
+    room.wait_for_room("3")?;
+    assert_ne!(room.picture()?, of_simulated);
     // Keys turn it.
-    let turned = "return document.querySelector('#beside [data-field=room]').dataset.drawn";
-    let before = room.browser.execute(turned)?;
+    let before = room.drawn("drawn")?;
     room.browser.type_into("#beside [data-field=room]", "+")?;
-    while room.browser.execute(turned)? == before && since.elapsed() < WAIT_MAX {}
-    assert_ne!(room.browser.execute(turned)?, before);
+    let view = || room.drawn("drawn");
+    room.browser
+        .wait_for("a nearer view", view, |view| *view != before)?;
     room.send(29)?;
     room.wait("clock", |text| text == "Second 5.9 of 6.0.")?;
     room.wait_for_verdict(|verdict| verdict == "Agrees")?;
