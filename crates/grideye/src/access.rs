@@ -2,6 +2,7 @@
 
 use crate::cli::{Enroll, TokenList, TokenMake, TokenRevoke, TokenWhat};
 use crate::exit::{Outcome, bad_input};
+use crate::files;
 use crate::output::outln;
 use crate::progress;
 use anyhow::{Context as _, Result, anyhow};
@@ -17,6 +18,7 @@ use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 const PORT: u16 = 8833;
+const PEM_BYTES_MAX: u64 = 64 * 1024;
 
 pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
     let folder = AccessFolder::new(&options.folder.path);
@@ -37,6 +39,15 @@ pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
         ))
     })?;
     let is_alone = devices.len() == 1;
+    if options.esp32 && !is_alone {
+        let what =
+            "--esp32 is for one device\nhint: `grideye enroll DEVICE --esp32` for each of them";
+        return Err(bad_input(anyhow!(what)));
+    }
+    let authority = match &line.pin {
+        Some(pin) if options.esp32 => Some(authority_pem(options, &folder, pin)?),
+        _ => None,
+    };
     let token = make(&folder, &first, Scope::Ingest { devices })?;
     line.device = is_alone.then_some(first);
     line.token = Some(Secret::new(&token.reveal())?);
@@ -44,6 +55,11 @@ pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
         progress::say(
             "this address reaches the collector only from this machine; for other machines, start it with --listen ADDR and give that address with --url",
         );
+    }
+    if options.esp32 {
+        outln!("{}", header(&line, authority.as_deref()))?;
+        progress::say("this holds a secret: keep it out of repositories");
+        return Ok(Outcome::Done);
     }
     if options.json {
         let enrolled = json!({
@@ -171,6 +187,48 @@ fn address(options: &Enroll, folder: &AccessFolder) -> Result<Address> {
         (None, None) => Some(folder.authority()?.pin()),
     };
     Ok(Address { url, pin })
+}
+
+/// The authority's certificate, which must be the one that agents pin.
+fn authority_pem(options: &Enroll, folder: &AccessFolder, pin: &Pin) -> Result<String> {
+    if let Some(path) = &options.authority {
+        return Ok(String::from_utf8(files::short(path, PEM_BYTES_MAX)?)?);
+    }
+    let authority = folder.authority()?;
+    if authority.pin() != pin.to_string() {
+        return Err(bad_input(anyhow!(
+            "the collector's last start used another authority than its own\nhint: --authority FILE, the certificate (PEM) that it signs with"
+        )));
+    }
+    Ok(authority.certificate_pem().to_owned())
+}
+
+/// The header file of the ESP32's sketch.
+fn header(line: &JoinLine, authority: Option<&str>) -> String {
+    let quoted = |text: &str| format!("\"{text}\"");
+    let lines = authority.unwrap_or_default().lines();
+    let pem: Vec<String> = lines.map(|line| format!(" \\\n  \"{line}\\n\"")).collect();
+    let defines = [
+        ("URL", quoted(&line.collector)),
+        ("DEVICE", quoted(line.device.as_deref().unwrap_or_default())),
+        (
+            "TOKEN",
+            quoted(line.token.as_ref().map_or("", Secret::reveal)),
+        ),
+        (
+            "AUTHORITY",
+            if pem.is_empty() {
+                quoted("")
+            } else {
+                pem.concat()
+            },
+        ),
+    ];
+    let defines = defines.map(|(name, value)| format!("#define COLLECTOR_{name} {value}\n"));
+    format!(
+        "// Made by `grideye enroll --esp32`. It holds a secret.\n#pragma once\n{}",
+        defines.concat()
+    )
 }
 
 /// `https://HOST:PORT`, with brackets around an address of version 6.

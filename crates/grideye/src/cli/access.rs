@@ -163,6 +163,11 @@ pub(crate) struct Enroll {
     /// Needed if the collector's own authority did not sign its certificate.
     #[arg(long, value_name = "FILE")]
     pub(crate) authority: Option<PathBuf>,
+    /// Print a header file for the ESP32's sketch.
+    ///
+    /// firmware-config/esp32/README.md has the sketch.
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) esp32: bool,
     /// Print code and command as JSON.
     #[arg(long)]
     pub(crate) json: bool,
