@@ -3,8 +3,8 @@
 use crate::http::authorize::Need;
 use crate::http::client::Client;
 use crate::http::{
-    Annex, AppState, Refusal, audit, devices, events, health, in_own_form, ingest, middleware,
-    recent, recordings,
+    Annex, AppState, Inside, Refusal, audit, devices, events, health, in_own_form, ingest,
+    middleware, recent, recordings,
 };
 use crate::openapi;
 use crate::page::{assets, login};
@@ -141,7 +141,7 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Routes {
 
 /// The routes of annexes.
 fn brought<'a>(state: &AppState, annexes: impl Iterator<Item = &'a Annex>) -> Router<AppState> {
-    let inside = state.inside();
+    let inside = Inside::of(&state);
     let routes = annexes.map(|annex| annex.routes(&inside));
     let small_body_bytes_max = state.limits().small_body_bytes_max;
     routes

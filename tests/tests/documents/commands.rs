@@ -301,6 +301,13 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         ),
     ),
     (
+        "mosquitto_pub -q 1 -t grideye/esp-1/lounge/pixels -m \"$(yes 21.25 | head -64 | paste -sd,)\"",
+        By(
+            "tests/tests/home_assistant/taken.rs",
+            "pixels_without_a_number_are_numbered_and_stamped_on_arrival",
+        ),
+    ),
+    (
         "grideye mqtt forget pi-1 i2c-1:0x69 --mqtt mqtt://homeassistant.local",
         By(
             "tests/tests/home_assistant/removed.rs",

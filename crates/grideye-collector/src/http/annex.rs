@@ -133,9 +133,22 @@ pub struct Inside {
     pub ingest: Ingest,
 }
 
+impl Inside {
+    pub(crate) fn of(state: &AppState) -> Self {
+        let shared = &state.0;
+        Self {
+            store: Arc::clone(&shared.store),
+            recent: shared.live.recent().clone(),
+            newest: NewestFrames::new(Arc::clone(&shared.live)),
+            clock: state.clock(),
+            ingest: Ingest(Arc::downgrade(shared)),
+        }
+    }
+}
+
 /// Takes frames as `POST /v1/frames` does, with the same checks, limits and counters.
 #[derive(Clone)]
-pub struct Ingest(pub(crate) Weak<Shared>);
+pub struct Ingest(Weak<Shared>);
 
 impl Ingest {
     /// Stores a batch whole or not at all, and returns once it is on disk.

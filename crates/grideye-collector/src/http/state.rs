@@ -4,10 +4,9 @@ use crate::auth::{AccessFolder, Authenticator, TOKENS_MAX, TokenId};
 use crate::clock::{Clock, WallSteps};
 use crate::counters::Counters;
 use crate::http::agents::Agents;
-use crate::http::annex::{Ingest, Inside};
 use crate::http::origin::HostNames;
 use crate::limits::Limits;
-use crate::live::{Counting, Event, Live, NewestFrames};
+use crate::live::{Counting, Event, Live};
 use crate::log::{Level, Log, LogEvent, Seldom};
 use crate::peer::AddressGroup;
 use crate::rates::Rates;
@@ -155,16 +154,6 @@ impl AppState {
 
     pub(crate) fn store(&self) -> &dyn FrameStore {
         &*self.0.store
-    }
-
-    pub(crate) fn inside(&self) -> Inside {
-        Inside {
-            store: Arc::clone(&self.0.store),
-            recent: self.0.live.recent().clone(),
-            newest: NewestFrames::new(Arc::clone(&self.0.live)),
-            clock: self.clock(),
-            ingest: Ingest(Arc::downgrade(&self.0)),
-        }
     }
 }
 
