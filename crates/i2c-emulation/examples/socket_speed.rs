@@ -1,4 +1,4 @@
-//! Measures the socket: frame and byte reads in this process, from Rust, and from Python over the socket.
+//! Measures the socket: frame and byte reads in this process, and from Python over the socket.
 //!
 //! `cargo run --release -p i2c-emulation --example socket_speed` prints microseconds, reads per second and ratios.
 #![expect(clippy::unwrap_used, reason = "a measurement that fails has no result")]
@@ -7,10 +7,10 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use embedded_hal::i2c::{I2c, Operation};
+use embedded_hal::i2c::Operation;
 use i2c_emulation::adapter::{EmulatedAdapter, Message, TransferError};
 use i2c_emulation::rack::{Rack, SharedAdapter};
-use i2c_emulation::socket::{Client, ClientOptions, Options, Server};
+use i2c_emulation::socket::{Options, Server};
 
 const REPEATS: u32 = 60;
 const READS: u32 = 1_000;
@@ -49,28 +49,6 @@ fn main() {
     let stop = server.stop_handle();
     let serving = std::thread::spawn(move || server.serve());
 
-    for (name, as_adapter) in [("bare bus", false), ("as adapter", true)] {
-        let options = ClientOptions {
-            as_adapter,
-            ..ClientOptions::default()
-        };
-        let mut client = Client::connect_with(&path, 1, options).unwrap();
-        let mut frame = [0; 128];
-        let far = best_microseconds(READS, || {
-            client.write_read(0x69, &[0x80], &mut frame).unwrap();
-        });
-        row(
-            &format!("Rust client, {name}, write 1 + read 128"),
-            far,
-            near,
-        );
-    }
-    let mut client = Client::connect(&path, 1).unwrap();
-    let mut byte = [0];
-    let far = best_microseconds(READS, || {
-        client.write_read(0x69, &[0x80], &mut byte).unwrap();
-    });
-    row("Rust client, bare bus, write 1 + read 1", far, near);
     python_rows(&path, near);
 
     stop.stop();

@@ -17,7 +17,7 @@ fn a_server_ends_on_either_signal_and_says_what_went_over_its_bus() {
         let server = Server::start(&["--constant", "21"]);
         let mut client = server.client(1);
         pixels(&mut client, 0x69);
-        assert!(i2c_emulation::socket::Client::connect(server.socket(), 1).is_ok());
+        assert!(crate::client::Client::connect(server.socket(), 1).is_ok());
         server.signal(signal);
         let ended = server.wait();
         assert_eq!(ended.code, 0, "{ended:?}");
@@ -50,12 +50,10 @@ fn the_socket_of_a_server_that_was_killed_is_taken_over() {
             .spawn()
             .unwrap();
         let client = wait_for("the server", || {
-            i2c_emulation::socket::Client::connect(&socket, 1)
-                .ok()
-                .or_else(|| {
-                    assert!(child.try_wait().unwrap().is_none(), "the server ended");
-                    None
-                })
+            crate::client::Client::connect(&socket, 1).ok().or_else(|| {
+                assert!(child.try_wait().unwrap().is_none(), "the server ended");
+                None
+            })
         });
         (child, client)
     };

@@ -5,6 +5,8 @@
     reason = "what fails in a helper fails the test"
 )]
 
+#[path = "../../../i2c-emulation/tests/socket/client.rs"]
+mod client;
 mod ending;
 mod examples;
 mod faults;

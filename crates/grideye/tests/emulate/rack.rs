@@ -28,7 +28,7 @@ fn each_sensor_is_where_it_was_put_and_nowhere_else() {
         "the same sensor on another bus"
     );
     assert!(three.write(0x68, &[0x80]).is_err(), "nobody is there");
-    let elsewhere = i2c_emulation::socket::Client::connect(server.socket(), 2);
+    let elsewhere = crate::client::Client::connect(server.socket(), 2);
     assert!(elsewhere.is_err(), "there is no bus 2");
 }
 
@@ -144,7 +144,7 @@ fn a_program_and_the_socket_have_one_machine() {
     command.arg(&socket).args(["--", "sh", "-c", &script]);
     let program = std::thread::spawn(move || run(&mut command));
     wait_for("the program's write", || ready.exists().then_some(()));
-    let mut client = i2c_emulation::socket::Client::connect(&socket, 1).unwrap();
+    let mut client = crate::client::Client::connect(&socket, 1).unwrap();
     let mut level = [0];
     client.write_read(0x69, &[0x08], &mut level).unwrap();
     assert_eq!(level, [0x5A], "what the program wrote");

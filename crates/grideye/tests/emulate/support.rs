@@ -1,8 +1,8 @@
 //! Starting the program, reading the sensor over its socket, and files to show.
 
+use crate::client::Client;
 pub(crate) use crate::patience::wait_for;
 use embedded_hal::i2c::I2c as _;
-use i2c_emulation::socket::Client;
 use rustix::process::{Pid, Signal, kill_process};
 use std::fmt::Write as _;
 use std::io::{BufRead as _, BufReader, Read as _};

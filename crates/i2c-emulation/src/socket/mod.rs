@@ -4,7 +4,6 @@
 //! adapter that a program finds at `/dev/i2c-N`: the [`ioctl`](crate::ioctl) layer then rejects what a real adapter
 //! rejects and reports each fault by its errno.
 
-mod client;
 mod conversation;
 mod error;
 mod inbox;
@@ -14,11 +13,10 @@ mod server;
 mod session;
 mod wire;
 
-pub use client::{Client, ClientError, ClientOptions};
 pub use conversation::STEP_WAIT_MAX;
 pub use error::{PATH_BYTES_MAX, SocketError};
 pub use server::{
     CLIENTS_MAX, IDLE_WAIT_MAX, Options, PACKET_WAIT_MAX, STOP_WAIT_MAX, Server, StopHandle,
 };
 pub use session::{PASS_MAX, Session};
-pub use wire::{ByeReason, PACKET_BYTES_MAX, VERSION};
+pub use wire::{PACKET_BYTES_MAX, VERSION};

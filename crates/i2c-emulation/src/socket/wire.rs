@@ -56,38 +56,22 @@ pub(super) mod smbus_flag {
 
 /// Why the server ends a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names say it")]
-pub enum ByeReason {
+pub(super) enum ByeReason {
     Malformed,
     Version,
     TooManyClients,
     Idle,
     Stopping,
-    /// A number unknown to this protocol version.
-    Unknown(u8),
 }
 
 impl ByeReason {
-    const KNOWN: [Self; 5] = [
+    const ALL: [Self; 5] = [
         Self::Malformed,
         Self::Version,
         Self::TooManyClients,
         Self::Idle,
         Self::Stopping,
     ];
-
-    /// The number on the wire.
-    #[must_use]
-    pub fn number(self) -> u8 {
-        match self {
-            Self::Unknown(number) => number,
-            known => number_in(&Self::KNOWN, &known),
-        }
-    }
-
-    pub(super) fn from_number(number: u8) -> Self {
-        numbered(&Self::KNOWN, number).unwrap_or(Self::Unknown(number))
-    }
 }
 
 const FAULTS: [Fault; 6] = [
@@ -103,19 +87,10 @@ pub(super) fn fault_number(fault: Fault) -> u8 {
     number_in(&FAULTS, &fault)
 }
 
-/// An unknown number counts as an unnamed fault.
-pub(super) fn fault_from_number(number: u8) -> Fault {
-    numbered(&FAULTS, number).unwrap_or(Fault::Bus)
-}
-
 /// The position in a list, counted from 1.
 fn number_in<T: PartialEq>(list: &[T], wanted: &T) -> u8 {
     let place = list.iter().position(|known| known == wanted);
     place.map_or(0, |place| u8::try_from(place + 1).unwrap_or(0))
-}
-
-fn numbered<T: Copy>(list: &[T], number: u8) -> Option<T> {
-    list.get(usize::from(number).checked_sub(1)?).copied()
 }
 
 #[derive(Debug)]
@@ -307,11 +282,6 @@ impl<'a> Cursor<'a> {
         Ok(u32::from_le_bytes(self.array(what)?))
     }
 
-    /// The rest as text for people.
-    pub(super) fn text(&self) -> String {
-        String::from_utf8_lossy(self.0).into_owned()
-    }
-
     pub(super) fn end(&self) -> Result<(), Malformed> {
         match self.0.len() {
             0 => Ok(()),
@@ -341,7 +311,7 @@ pub(super) fn append_packet(out: &mut Vec<u8>, kind: u8, fill: impl FnOnce(&mut 
 /// Appends a `BYE` with a reason for programs and a text for people.
 pub(super) fn append_bye(out: &mut Vec<u8>, reason: ByeReason, text: &str) {
     append_packet(out, kind::BYE, |out| {
-        out.push(reason.number());
+        out.push(number_in(&ByeReason::ALL, &reason));
         out.extend_from_slice(text.as_bytes());
     });
 }

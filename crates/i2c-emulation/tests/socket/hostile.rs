@@ -7,12 +7,13 @@ use embedded_hal::i2c::I2c;
 use i2c_emulation::ioctl::{AdapterMode, MESSAGE_BYTES_MAX, RDWR_MESSAGES_MAX};
 use i2c_emulation::rack::Rack;
 use i2c_emulation::socket::{
-    CLIENTS_MAX, Client, IDLE_WAIT_MAX, Options, PACKET_BYTES_MAX, PACKET_WAIT_MAX, PATH_BYTES_MAX,
+    CLIENTS_MAX, IDLE_WAIT_MAX, Options, PACKET_BYTES_MAX, PACKET_WAIT_MAX, PATH_BYTES_MAX,
     STOP_WAIT_MAX, Server, SocketError, VERSION,
 };
 use proptest::prelude::*;
 
 use crate::bench::{Bench, FAILING, PANICKING, first_value, hello, read, transfer, write};
+use crate::client::Client;
 
 const EINVAL: u8 = 22;
 const REFUSED: u8 = 0x84;

@@ -11,9 +11,10 @@ use std::sync::Barrier;
 use std::time::Duration;
 
 use i2c_emulation::rack::{Rack, SharedAdapter};
-use i2c_emulation::socket::{Client, ClientOptions, Options, PATH_BYTES_MAX, Server, SocketError};
+use i2c_emulation::socket::{Options, PATH_BYTES_MAX, Server, SocketError};
 
 use crate::bench::{Bench, Log, RegisterFile};
+use crate::client::Client;
 
 /// Tells [`role`] which socket to serve.
 const ROLE: &str = "I2C_EMULATION_SOCKET_TEST_ROLE";
@@ -270,13 +271,7 @@ fn after_sigkill_the_next_server_takes_over() {
         std::slice::from_ref(&path),
         "left behind"
     );
-    let error = embedded_hal::i2c::I2c::write(&mut client, 0x69, &[1]).unwrap_err();
-    assert!(
-        error
-            .to_string()
-            .contains("went away\nhint: start it again"),
-        "{error}"
-    );
+    assert!(embedded_hal::i2c::I2c::write(&mut client, 0x69, &[1]).is_err());
     drop(bind(&path).unwrap());
     assert!(entries(folder.path()).is_empty());
 }
@@ -296,12 +291,8 @@ fn a_server_without_descriptors_recovers() {
         .stdout(Stdio::null())
         .stderr(Stdio::piped());
     let _process = Process::start(&mut with_few);
-    let impatient = ClientOptions {
-        wait_max: Duration::from_secs(1),
-        ..ClientOptions::default()
-    };
     let mut clients = vec![Client::connect(&path, 1).unwrap()];
-    while let Ok(client) = Client::connect_with(&path, 1, impatient) {
+    while let Ok(client) = Client::connect_within(&path, 1, Duration::from_secs(1)) {
         clients.push(client);
         assert!(clients.len() < 20, "more clients than descriptors");
     }

@@ -1,14 +1,12 @@
-//! Extracts the README's examples and runs them.
+//! Extracts the README's example and runs it.
 
 use std::fs;
 use std::path::Path;
 
 use i2c_emulation::socket::Options;
 
-use crate::bench::{Bench, first_value};
+use crate::bench::Bench;
 use crate::python::{output, python};
-
-include!("readme_client.rs");
 
 /// The first code block of a language after the heading of way 2, or else after the beginning.
 pub(crate) fn block(text: &str, language: &str) -> String {
@@ -24,14 +22,6 @@ pub(crate) fn block(text: &str, language: &str) -> String {
 
 fn readme() -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap()
-}
-
-#[test]
-fn the_rust_example_reads_a_frame() {
-    assert_eq!(block(&readme(), "rust"), include_str!("readme_client.rs"));
-    let bench = Bench::new(Options::default());
-    let frame = read_frame(bench.path.to_str().unwrap()).unwrap();
-    assert_eq!(frame, std::array::from_fn(|n| first_value(0x80 + n)));
 }
 
 #[test]
