@@ -151,6 +151,36 @@ fn the_examples_driver_is_green_and_one_without_a_sign_is_red() {
     assert!(read(&format!("{EXAMPLE}/README.md")).contains(first));
 }
 
+/// In C by assert(), in C++ by doctest; both tests have at most 15 lines.
+#[test]
+fn the_driver_in_c_is_green_and_one_without_a_sign_is_red() {
+    if is_left_out(WITHOUT_CXX, "the example of a driver in C") {
+        return;
+    }
+    let checkout = Checkout::new();
+    let ended = checkout.run_page("make -C /tmp/firmware test-c");
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(ended.stdout.contains("15 passed"), "{ended:?}");
+    let ended = checkout.run_page("make -C /tmp/firmware -B -k test-c ");
+    assert_eq!(ended.code, 2, "{ended:?}");
+    let page = read(&format!("{EXAMPLE}/README.md"));
+    for said in [
+        "Assertion `pixels_c[0] == -0.25f",
+        "CHECK( 1003.5 == -20.5 )",
+    ] {
+        let all = format!("{}{}", ended.stdout, ended.stderr);
+        assert!(all.contains(said) && page.contains(said), "{ended:?}");
+    }
+    for test in ["test/test_plain.c", "test/test_doctest.cpp"] {
+        let text = read(&format!("{EXAMPLE}/{test}"));
+        let lines = text.lines().filter(|line| {
+            let line = line.trim_start();
+            !line.is_empty() && !line.starts_with("//") && !line.starts_with("/*")
+        });
+        assert!(lines.count() <= 15, "{test}");
+    }
+}
+
 /// Linked by Debian's compiler and core, for both boards: ELF files for AVR with the TWI's interrupt in use.
 #[test]
 fn the_firmware_is_built_for_the_boards() {
@@ -203,7 +233,7 @@ fn a_public_ci_takes_the_workflow_of_the_firmware() {
     workflow::check(&programs, "vendor.github-workflows", WORKFLOW);
     let lines = workflow::run_lines(WORKFLOW);
     let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
-    let [pip, test, apt, boards, again, avr] = lines[..] else {
+    let [doctest, library, pip, test, apt, boards, again, avr] = lines[..] else {
         panic!("{lines:?}");
     };
     assert_eq!(
@@ -216,6 +246,9 @@ fn a_public_ci_takes_the_workflow_of_the_firmware() {
             "make test-avr"
         )
     );
+    assert!(doctest.ends_with(" doctest-dev"), "{doctest}");
+    let built = "cargo build --release --manifest-path grideye-hil/Cargo.toml -p amg8833-c";
+    assert_eq!(library, built);
     let packages = " gcc-avr avr-libc arduino-core-avr libsimavr-dev";
     assert!(apt.ends_with(packages), "{apt}");
 }

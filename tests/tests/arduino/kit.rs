@@ -1,5 +1,6 @@
 //! What compiles a sketch for this host, and runs it on an emulated bus.
 
+use grideye_tests::c_library::library;
 use grideye_tests::programs::{self, Ended, grideye, is_left_out, root, run};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -137,6 +138,7 @@ impl Checkout {
         run(shell
             .args(["-e", "-c", &line])
             .current_dir(here)
+            .env("AMG8833", library())
             .env("PATH", search))
     }
 

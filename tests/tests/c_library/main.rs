@@ -89,3 +89,38 @@ fn two_buses_are_two_worlds() {
 fn a_person_walks_through_a_scene() {
     run_twice("cc", &C99, "walk.c");
 }
+
+#[test]
+fn published_drivers_read_what_they_read_of_the_chip() {
+    run_twice("cc", &C99, "drivers.c");
+}
+
+/// Against a stub of its headers: Zephyr is not here.
+#[test]
+fn zephyrs_emulator_answers_as_its_i2c_asks() {
+    let headers = tempfile::tempdir().unwrap();
+    let names = [
+        "drivers/emul",
+        "drivers/emul_sensor",
+        "drivers/i2c",
+        "drivers/i2c_emul",
+        "device",
+        "kernel",
+    ];
+    std::fs::create_dir_all(headers.path().join("zephyr/drivers")).unwrap();
+    for name in names {
+        let header = headers.path().join("zephyr").join(name).with_extension("h");
+        std::fs::write(header, "#include \"zephyr_stub.h\"\n").unwrap();
+    }
+    let folders = [
+        headers.path().to_owned(),
+        source(""),
+        root().join("crates/amg8833-c/zephyr"),
+    ];
+    let folders = folders.map(|folder| format!("-I{}", folder.display()));
+    let flags: Vec<&str> = C99
+        .into_iter()
+        .chain(folders.iter().map(String::as_str))
+        .collect();
+    run_twice("cc", &flags, "zephyr.c");
+}

@@ -29,6 +29,7 @@ pub(crate) const DRIVER_CI: &str = "tests/tests/driver_ci.rs";
 pub(crate) const DRIVER_CI_PYTHON: &str = "the_python_suite_passes_on_the_emulated_sensor";
 pub(crate) const ARDUINO: &str = "tests/tests/arduino/example.rs";
 pub(crate) const ARDUINO_RED: &str = "the_examples_driver_is_green_and_one_without_a_sign_is_red";
+pub(crate) const C_RED: &str = "the_driver_in_c_is_green_and_one_without_a_sign_is_red";
 pub(crate) const C_LIBRARY: &str = "tests/tests/c_library/main.rs";
 pub(crate) const C_LIBRARY_README: &str = "the_readme_is_a_test_that_passes";
 pub(crate) const PACKAGES: &str = "tests/tests/packages/main.rs";
@@ -344,6 +345,11 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     (
         "cp -r tests/examples/firmware-ci /tmp/firmware && ln -s \"$PWD\" /tmp/firmware/grideye-hil",
         By(ARDUINO, ARDUINO_RED),
+    ),
+    ("make -C /tmp/firmware test-c", By(ARDUINO, C_RED)),
+    (
+        "make -C /tmp/firmware -B -k test-c CXXFLAGS=-DWRONG_BELOW_ZERO",
+        By(ARDUINO, C_RED),
     ),
     ("make -C /tmp/firmware test", By(ARDUINO, ARDUINO_RED)),
     (
