@@ -180,14 +180,27 @@ pub fn color_in(browser: &Browser, canvas: &str, index: usize) -> Result<Vec<u64
     Ok(serde_json::from_value(color)?)
 }
 
-/// Waits for a color in the middle of a cell.
+/// Whether a color is another one, or as near to it as the spare at the ends of a scale makes it.
+#[must_use]
+pub fn is_like(seen: &[u64], wanted: [u64; 3]) -> bool {
+    const NEAR: u64 = 150;
+    seen.iter()
+        .zip(wanted)
+        .all(|(seen, wanted)| seen.abs_diff(wanted) <= NEAR)
+}
+
+/// Waits for a color in the middle of a cell, or one [like](is_like) it.
 ///
 /// # Errors
 /// If it does not come.
 pub fn wait_for_color(browser: &Browser, index: usize, wanted: [u64; 3]) -> Outcome {
     let what = format!("color of cell {index}, wanted {wanted:?}");
     browser
-        .wait_for(&what, || color(browser, index), |seen| *seen == wanted)
+        .wait_for(
+            &what,
+            || color(browser, index),
+            |seen| is_like(seen, wanted),
+        )
         .map(drop)
 }
 

@@ -14,23 +14,23 @@ export function rangeOf(least, most) {
 }
 
 /**
- * The range of one sensor's frames that follow each other: it grows at once, and shrinks when all recent frames fit into less
- * with some room to spare, so that noise around a whole degree does not move it.
+ * The range of one sensor's frames that follow each other: it grows at once, and shrinks when all recent frames fit into less.
+ * Each range has some room to spare, the first one too, so that noise around a whole degree does not move it, nor decides
+ * where it begins.
  */
 export class Steady {
   #range = null;
   #recent = [];
 
   fit(celsius) {
-    const [least, most] = boundsOf(celsius);
-    this.#recent.push([least, most]);
+    this.#recent.push(boundsOf(celsius));
     if (this.#recent.length > RECENT) this.#recent.shift();
+    const [least, most] = this.#recent.at(-1);
     const { low, high } = this.#range ?? { low: Infinity, high: -Infinity };
-    const apart = least < low - SPARE_CELSIUS || most > high + SPARE_CELSIUS;
-    const spare = apart ? 0 : SPARE_CELSIUS;
-    const around = rangeOf(Math.min(...this.#recent.map(([one]) => one)) - spare, Math.max(...this.#recent.map(([, one]) => one)) + spare);
+    const around = rangeOf(Math.min(...this.#recent.map(([one]) => one)) - SPARE_CELSIUS, Math.max(...this.#recent.map(([, one]) => one)) + SPARE_CELSIUS);
+    const grows = least < low - SPARE_CELSIUS || most > high + SPARE_CELSIUS;
     const shrinks = this.#recent.length === RECENT && around.high - around.low < high - low;
-    if (apart || shrinks) this.#range = around;
+    if (grows || shrinks) this.#range = around;
     return this.#range;
   }
 }

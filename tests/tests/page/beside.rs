@@ -255,7 +255,7 @@ fn real_and_simulated_share_one_scale_of_colors() -> Outcome {
     let (real, simulated) = (cells("real")?, cells("simulated")?);
     assert!(real.iter().all(|color| *color == real[0]), "{real:?}");
     let warmest = simulated.iter().map(light).max().ok_or("no cells")?;
-    assert!(light(&real[0]) * 3 < warmest, "{real:?} and {simulated:?}");
+    assert!(light(&real[0]) * 2 < warmest, "{real:?} and {simulated:?}");
     // Where the scene has the room's 20 °C as well, the color is the same.
     assert!(simulated.contains(&real[0]), "{real:?} and {simulated:?}");
     let ticks = room.browser.text("#beside [data-scale=temperature] ol")?;
@@ -264,7 +264,7 @@ fn real_and_simulated_share_one_scale_of_colors() -> Outcome {
         .filter_map(|word| word.parse().ok())
         .collect();
     let [hot, cold] = [numbers[0], numbers[numbers.len() - 1]];
-    assert!(hot >= 24.0 && (19.0..=20.0).contains(&cold), "{ticks}");
+    assert!(hot >= 23.0 && cold == 19.0, "{ticks}");
     assert_quiet(&room.browser, "")
 }
 

@@ -183,6 +183,7 @@ fn the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report() ->
             .wait_for_text(&selector, |text| text.starts_with(wanted))
             .map(drop)
     };
+    says("verdict", "")?;
     assert_one_verdict(&browser)?;
     says("verdict", "Agrees")?;
     says("cursor", "Real − simulated: mean")?;
