@@ -78,22 +78,6 @@ pub fn in_view_m(room: &Room, sensor: &Sensor) -> Vec<DVec2> {
     seen.iter().map(|corner| corner.truncate()).collect()
 }
 
-/// A sensor's field of view from the sensor to the first wall, at all heights of the room, meters.
-#[must_use]
-pub fn reach_m(room: &Room, sensor: &Sensor) -> Vec<DVec2> {
-    let sides = room.sides_m();
-    let ends = sides.iter().flat_map(|side| within_view(side, sensor));
-    let apex = std::iter::once(sensor.pose.position_m);
-    let wedge = hull(apex.chain(ends).map(DVec3::truncate).collect());
-    if wedge.len() < 3 {
-        return Vec::new();
-    }
-    let edges = wedge.iter().zip(wedge.iter().cycle().skip(1));
-    edges.fold(before_walls(room, sensor), |rest, (from, to)| {
-        clipped(&rest, |at| (to - from).perp_dot(at - from))
-    })
-}
-
 /// The floor, the ceiling and the walls of a room up to those that a sensor meets first.
 fn sides_before_walls(room: &Room, sensor: &Sensor) -> Vec<Vec<DVec3>> {
     if room.jutting_m().is_empty() {

@@ -1,6 +1,6 @@
 // The coverage map of the draft: requested while it is shown, and again when the scene changes.
 
-import { KINDS, swatch } from "./hatch.js";
+import { KINDS, hatch, tile } from "./hatch.js";
 import { say } from "./words.js";
 
 export class Cover {
@@ -16,16 +16,16 @@ export class Cover {
   constructor(draft, plan) {
     this.#draft = draft;
     this.#plan = plan;
-    const keys = [...KINDS].map(([letter, { words }]) => {
-      const item = document.createElement("li");
-      item.append(swatch(letter), words);
-      return item;
-    });
-    this.#legend.replaceChildren(...keys);
   }
 
   toggle() {
     this.#on = !this.#on;
+    const keys = [...KINDS].map(([letter, { words }]) => {
+      const item = document.createElement("li");
+      item.append(tile(letter, this.#plan.look, 2), words);
+      return item;
+    });
+    this.#legend.replaceChildren(...keys);
     this.#button.setAttribute("aria-pressed", String(this.#on));
     this.#legend.hidden = !this.#on;
     this.#words.hidden = !this.#on;
@@ -57,7 +57,7 @@ export class Cover {
 
   #take({ map, fault, error }) {
     this.#legend.dataset.old = "false";
-    this.#plan.cover(map ?? null);
+    this.#plan.cover(map ? (context, eye, look) => hatch(context, map, eye, look) : null);
     const wrong = fault ?? error;
     if (wrong) {
       say(this.#words, `No map: ${wrong.message}${wrong.hint ? `. Hint: ${wrong.hint}` : ""}`);

@@ -4,7 +4,6 @@ import { ask } from "./ask.js";
 import { Cover } from "./cover.js";
 import { Draft } from "./draft.js";
 import { Fields } from "./fields.js";
-import { FloorPlan } from "./floor-plan.js";
 import { commands } from "./keys.js";
 import { Look } from "./look.js";
 import { copyOf, newRoom, newThing, newWay } from "./new-things.js";
@@ -28,8 +27,8 @@ let playing = null;
 
 const draft = new Draft({ drawn: draw, text: (text) => textPane.show(text) });
 const hand = { choose, move: moveTo, turn: (degrees, handAt) => turnTo(degrees, handAt), drop: () => draft.finish() };
-const plan = new FloorPlan(at("#plan"), hand);
-const view = new RoomView(at("#view"), hand);
+const plan = new RoomView(at("#plan"), { on: hand, isPlan: true });
+const view = new RoomView(at("#view"), { on: hand });
 const list = new ThingList(at("#things"), { choose });
 const fields = new Fields(at("#fields"), at("#fields-title"), { change: (edits, handAt) => draft.change(edits, handAt), finish: () => draft.finish(true), pick });
 const seen = new Seen(at("#frames"), look, { choose: (name) => choose({ kind: "sensor", index: draft.scene.items.find((item) => item.kind === "sensor" && item.name === name).index }) });

@@ -1,23 +1,34 @@
 // What is in a room, drawn on a canvas from any side: faces in a tree that orders them for any eye, and ellipsoids.
 
 const FOCAL = 1.5;
+// From above a room is seen from so far that all of its levels are drawn alike, meters, with this margin around it.
+const FAR_M = 1e6;
+const MARGIN = 0.06;
 // Brightness of a face turned away from the light.
 const SHADE_MIN = 0.55;
 const LIGHT = [-0.45, -0.6, 0.66];
 
-/** A camera that circles the middle of a room. */
+/** A camera that circles the middle of a room; with `over`, a place beside that middle, it looks down on it from far above. */
 export class Eye {
-  constructor({ low_m: low, high_m: high }, { azimuth, elevation, nearer }, { width, height }) {
+  constructor({ low_m: low, high_m: high }, { azimuth, elevation, nearer, over = null }, { width, height }) {
     const [across, up] = [azimuth, elevation].map((degrees) => (degrees * Math.PI) / 180);
     this.target = low.map((side, axis) => (side + high[axis]) / 2);
     this.away = [Math.cos(up) * Math.cos(across), Math.cos(up) * Math.sin(across), Math.sin(up)];
     this.right = [-Math.sin(across), Math.cos(across), 0];
     this.up = [-Math.sin(up) * Math.cos(across), -Math.sin(up) * Math.sin(across), Math.cos(up)];
     const size = Math.hypot(...high.map((side, axis) => side - low[axis]));
-    this.distance = (1.7 * size) / nearer;
+    this.distance = over === null ? (1.7 * size) / nearer : FAR_M;
     this.from = this.target.map((side, axis) => side + this.away[axis] * this.distance);
-    this.focal = FOCAL * Math.min(width, height * 1.1);
     this.middle = [width / 2, height / 2];
+    if (over !== null) {
+      const [across, along] = [0, 1].map((axis) => high[axis] - low[axis]);
+      const margins = 2 * MARGIN * Math.max(across, along);
+      const meter = nearer * Math.min(width / (across + margins), height / (along + margins));
+      this.focal = meter * FAR_M;
+      this.middle = [width / 2 - over[0] * meter, height / 2 + over[1] * meter];
+      return;
+    }
+    this.focal = FOCAL * Math.min(width, height * 1.1);
     // The room, not its middle, is in the middle of the canvas.
     const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => this.see([0, 1, 2].map((axis) => ((corner >> axis) & 1 ? high : low)[axis])));
     this.middle = this.middle.map((middle, axis) => {
@@ -42,10 +53,14 @@ export class Eye {
     return reach > 0 && reach < 20 * this.distance ? this.from.map((side, axis) => side + ray[axis] * reach) : null;
   }
 
+  /** Pixels of a meter at a point. */
+  meter(point) {
+    return this.focal / this.see(point)[2];
+  }
+
   /** The height in meters of some pixels at a point. */
   height(point, pixels) {
-    const [, , depth] = this.see(point);
-    return (pixels * depth) / this.focal / Math.max(0.1, this.up[2]);
+    return pixels / this.meter(point) / Math.max(0.1, this.up[2]);
   }
 }
 

@@ -30,13 +30,12 @@ pub(crate) const BESIDE: [Asset; 10] = [
 ];
 
 /// Files of the scene editor's page, and the link to it.
-pub(crate) const EDITOR: [Asset; 12] = [
+pub(crate) const EDITOR: [Asset; 11] = [
     file!("editor.css", CSS),
     file!("cover.js", JAVASCRIPT),
     file!("draft.js", JAVASCRIPT),
     file!("editor.js", JAVASCRIPT),
     file!("fields.js", JAVASCRIPT),
-    file!("floor-plan.js", JAVASCRIPT),
     file!("hatch.js", JAVASCRIPT),
     file!("new-things.js", JAVASCRIPT),
     file!("scene-text.js", JAVASCRIPT),

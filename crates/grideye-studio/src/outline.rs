@@ -2,8 +2,7 @@
 
 use crate::rounding::{flat, hundredths, point};
 use grideye_plan::drawing::{self, mosaic_of};
-use grideye_plan::ground;
-use grideye_scene::{Agent, Body, Scene, Sensor, polygon};
+use grideye_scene::{Agent, Body, Scene, polygon};
 use serde_json::{Map, Value, json};
 use std::time::Duration;
 
@@ -83,7 +82,7 @@ impl Moment<'_> {
                 let sensor = scene.sensors().iter().find(|sensor| sensor.name == name);
                 sensor
                     .into_iter()
-                    .for_each(|sensor| seeing(scene, sensor, &mut item));
+                    .for_each(|sensor| item["at_m"] = json!(point(sensor.pose.position_m)));
             }
             "agent" => {
                 let agent = scene.agents().iter().find(|agent| agent.name == name);
@@ -144,18 +143,6 @@ fn top_m(bodies: &[&Body]) -> Option<[f64; 3]> {
     let (low, high) =
         bounds.reduce(|(low, high), (one_low, one_high)| (low.min(one_low), high.max(one_high)))?;
     Some(point((0.5 * (low + high)).with_z(high.z)))
-}
-
-fn seeing(scene: &Scene, sensor: &Sensor, item: &mut Value) {
-    let (pose, axes) = (&sensor.pose, sensor.pose.world_from_sensor());
-    let axes = [axes.x_axis, axes.y_axis, axes.z_axis];
-    let axes = axes.map(|axis| axis.to_array().map(|part| (part * 1e6).round() / 1e6));
-    let angles = [pose.elevation_rad, pose.azimuth_rad, pose.roll_rad];
-    item["at_m"] = json!(point(pose.position_m));
-    item["axes"] = json!(axes);
-    item["in_view_m"] = json!(flat(ground::in_view_m(scene.room(), sensor)));
-    item["reach_m"] = json!(flat(ground::reach_m(scene.room(), sensor)));
-    item["turned_deg"] = json!(angles.map(|angle| hundredths(angle.to_degrees())));
 }
 
 /// The keys of a table with a number, text, Boolean or short list; also those of its parts and person.

@@ -24,7 +24,7 @@ fn what_is_dragged_on_the_plan_goes_there_and_every_sensor_sees_it() -> Outcome 
     let before = desk.pictures()?;
 
     // A thing that both sensors see.
-    desk.drag("#plan .object[data-name=stove]", 0.6, -0.2)?;
+    desk.drag((2.0, 2.0), (0.6, -0.2))?;
     let text = desk.wait_for_text(|text| text != ROOM)?;
     let [x, y, z] = desk.triple(&text, "stove", "position_mm")?;
     assert!(
@@ -34,7 +34,7 @@ fn what_is_dragged_on_the_plan_goes_there_and_every_sensor_sees_it() -> Outcome 
     let pictures = desk.wait_for_other_pictures(&before)?;
 
     // A sensor sees other things from elsewhere, the other one what it saw.
-    desk.drag("#plan .sensor[data-name=ceiling] rect", -0.5, 0.0)?;
+    desk.drag((1.2, 2.4), (-0.5, 0.0))?;
     let text = desk.wait_for_text(|new| new != text)?;
     let [x, y, z] = desk.triple(&text, "ceiling", "position_mm")?;
     assert!(
@@ -45,33 +45,20 @@ fn what_is_dragged_on_the_plan_goes_there_and_every_sensor_sees_it() -> Outcome 
     assert!(moved[0] != pictures[0] && moved[1] == pictures[1]);
 
     // People, and waypoints of those who walk; a whole way with the one who goes it.
-    desk.drag("#plan .agent[data-name=bob]", 1.0, 0.0)?;
+    desk.drag((0.8, 3.0), (1.0, 0.0))?;
     let text = desk.wait_for_text(|new| new != text)?;
     assert!(
         near(desk.triple(&text, "bob", "position_mm")?[0], 1800.0, 30.0),
         "{text}"
     );
-    desk.drag("#plan .waypoint[data-row='1']", -1.0, 0.5)?;
-    let place = || {
-        desk.browser.execute("return [...document.querySelectorAll('#plan .waypoint')].map((dot) => [dot.cx.baseVal.value, -dot.cy.baseVal.value]).flat()")
-    };
-    let is_at = |places: &Value, wanted: [f64; 4]| {
-        let places: Vec<f64> = serde_json::from_value(places.clone()).unwrap_or_default();
-        places.len() == 4
-            && places
-                .iter()
-                .zip(wanted)
-                .all(|(is, wanted)| near(*is, wanted, 0.03))
-    };
-    desk.browser.wait_for("the way", place, |places| {
-        is_at(places, [0.5, 0.7, 2.5, 1.2])
-    })?;
+    desk.drag((3.5, 0.7), (-1.0, 0.5))?;
+    desk.wait_for_name((2.5, 1.2), "waypoint 2 of ana")?;
+    desk.wait_for_name((0.5, 0.7), "waypoint 1 of ana")?;
     // Beside the waypoint on which she stands.
-    let right = pixels(0.3 * desk.pixels_per_meter()?)?;
-    desk.drag_from("#plan .agent[data-name=ana]", (0, -22), (right, 0))?;
-    desk.browser.wait_for("the way", place, |places| {
-        is_at(places, [0.8, 0.7, 2.8, 1.2])
-    })?;
+    desk.drag((0.5, 0.9), (0.3, 0.0))?;
+    desk.wait_for_name((0.8, 0.7), "waypoint 1 of ana")?;
+    desk.wait_for_name((2.8, 1.2), "waypoint 2 of ana")?;
+    desk.wait_for_name((0.8, 0.9), "ana")?;
 
     // Saved, it is what the command line simulates.
     desk.browser.click("#save")?;
@@ -103,18 +90,18 @@ fn what_is_turned_by_its_handle_and_dragged_in_the_view_goes_with_the_hand() -> 
     let before = desk.pictures()?;
     desk.choose("stove")?;
     // From the right, where it points at first, to the back: a quarter counter-clockwise.
-    let offset = "const [from, to] = ['.turn', '.object.chosen'].map((one) => document.querySelector(`#plan ${one}`).getBoundingClientRect());
-        return [to.x + to.width / 2 - from.x - from.width / 2, to.y + to.height / 2 - from.y - from.height / 2]";
-    let offset: [f64; 2] = serde_json::from_value(desk.browser.execute(offset)?)?;
-    let to = (pixels(offset[0])?, pixels(offset[1] - 120.0)?);
-    desk.browser.drag("#plan .turn", (0, 0), to)?;
+    let handle = desk.handle_other_than("#plan", None)?;
+    let (x, y) = desk.on_plan((2.0, 2.0))?;
+    desk.drag_in("#plan", handle, (x, y - 120.0))?;
     let text = desk.wait_for_text(|text| text.contains("yaw_deg = 90"))?;
     desk.wait_for_other_pictures(&before)?;
 
     // A sensor turns about the vertical as well: its picture is another one, and that of the other is not.
     let before = desk.pictures()?;
+    let of_stove = desk.handle("#plan")?;
     desk.choose("ceiling")?;
-    desk.browser.drag("#plan .turn", (0, 0), (150, -60))?;
+    let handle = desk.handle_other_than("#plan", of_stove)?;
+    desk.drag_in("#plan", handle, (handle.0 + 150.0, handle.1 - 60.0))?;
     desk.wait_for_text(|new| new != text && !new.contains("azimuth_deg = -90\n\n[[sensor]]"))?;
     let after = desk.pictures()?;
     assert!(after[0] != before[0] && after[1] == before[1]);
@@ -153,11 +140,11 @@ fn what_is_turned_by_its_handle_in_the_view_is_turned_as_on_the_plan() -> Outcom
     let desk = Desk::new()?;
     desk.open("room")?;
     let before = desk.pictures()?;
-    assert_eq!(desk.handle()?, None, "nothing is chosen");
+    assert_eq!(desk.handle("#view")?, None, "nothing is chosen");
     desk.choose("stove")?;
-    let first = desk.handle_other_than(None)?;
+    let first = desk.handle_other_than("#view", None)?;
     // It points to the right; to the back is up, and counter-clockwise.
-    desk.drag_in_view(first, (first.0 - 60.0, first.1 - 60.0))?;
+    desk.drag_in("#view", first, (first.0 - 60.0, first.1 - 60.0))?;
     let turned = desk.wait_for_text(|text| text.contains("yaw_deg = "))?;
     let yaw = desk.number(&turned, "stove", "yaw_deg")?;
     assert!((30.0..150.0).contains(&yaw), "{yaw}");
@@ -166,16 +153,16 @@ fn what_is_turned_by_its_handle_in_the_view_is_turned_as_on_the_plan() -> Outcom
         [2000.0, 2000.0, 0.0]
     );
     desk.wait_for_other_pictures(&before)?;
-    let second = desk.handle_other_than(Some(first))?;
+    let second = desk.handle_other_than("#view", Some(first))?;
     assert!(second.0 < first.0 && second.1 < first.1, "{second:?}");
     // The plan's handle points to where the view's does.
-    let on_plan = "const [from, to] = ['.arm', '.turn'].map((one) => document.querySelector(`#plan .handles ${one}`));
-        return -Math.atan2(to.cy.baseVal.value - from.y1.baseVal.value, to.cx.baseVal.value - from.x1.baseVal.value) * 180 / Math.PI";
-    let on_plan = desk.browser.execute(on_plan)?.as_f64().ok_or("no handle")?;
+    let (x, y) = desk.on_plan((2.0, 2.0))?;
+    let to = desk.handle("#plan")?.ok_or("no handle")?;
+    let on_plan = (y - to.1).atan2(to.0 - x).to_degrees();
     assert!(near(on_plan, yaw, 0.1), "{on_plan} {yaw}");
 
     // Where the handle was, the stove stood as it does in the file; each turn is one step back.
-    desk.drag_in_view(second, first)?;
+    desk.drag_in("#view", second, first)?;
     let back = desk.wait_for_text(|text| text != turned)?;
     assert!(near(desk.number(&back, "stove", "yaw_deg")?, 0.0, 2.0));
     desk.browser.press_together(&[CONTROL, "z"])?;
@@ -184,11 +171,11 @@ fn what_is_turned_by_its_handle_in_the_view_is_turned_as_on_the_plan() -> Outcom
     desk.wait_for_text(|text| text == ROOM)?;
 
     // A sensor likewise: the other one sees what it saw.
-    desk.handle_at(first)?;
+    desk.handle_at("#view", first)?;
     let before = desk.pictures()?;
     desk.choose("ceiling")?;
-    let first = desk.handle_other_than(Some(first))?;
-    desk.drag_in_view(first, (first.0 + 80.0, first.1 - 20.0))?;
+    let first = desk.handle_other_than("#view", Some(first))?;
+    desk.drag_in("#view", first, (first.0 + 80.0, first.1 - 20.0))?;
     let turned = desk.wait_for_text(|text| text != ROOM)?;
     let azimuth = desk.number(&turned, "ceiling", "azimuth_deg")?;
     assert!((-80.0..60.0).contains(&azimuth), "{azimuth}");
@@ -228,19 +215,11 @@ fn numbers_are_typed_undone_and_saved_with_every_remark() -> Outcome {
     desk.wait_for_text(|text| text == low)?;
     desk.choose("ana")?;
     desk.write("way 1 1", "900")?;
-    let place = || {
-        desk.browser
-            .execute("return -document.querySelectorAll('#plan .waypoint')[1].cy.baseVal.value")
-    };
-    desk.browser.wait_for("the waypoint", place, |y| {
-        y.as_f64().is_some_and(|y| near(y, 0.9, 1e-6))
-    })?;
+    desk.wait_for_name((3.5, 0.9), "waypoint 2 of ana")?;
 
     // Back by key and by button, and forth again; a number that is typed is one step.
     desk.browser.press_together(&[CONTROL, "z"])?;
-    desk.browser.wait_for("the waypoint", place, |y| {
-        y.as_f64().is_some_and(|y| near(y, 0.7, 1e-6))
-    })?;
+    desk.wait_for_name((3.5, 0.7), "waypoint 2 of ana")?;
     desk.browser.click("#undo")?;
     desk.wait_for_text(|text| text == hot)?;
     desk.browser.press_together(&[CONTROL, "z"])?;
@@ -357,7 +336,7 @@ fn a_scene_that_is_none_names_its_fault_and_the_place() -> Outcome {
         .lines()
         .take_while(|line| !line.contains("[1200, 2400"));
     let place = format!("line {}, column 15", lines.count() + 1);
-    desk.drag("#plan .sensor[data-name=ceiling] rect", -2.2, 0.0)?;
+    desk.drag((1.2, 2.4), (-2.2, 0.0))?;
     desk.browser.wait_for_text("#fault", |text| {
         text.contains("Not changed") && text.contains("outside the room") && text.contains(&place)
     })?;
@@ -389,19 +368,17 @@ fn the_map_of_where_a_person_is_seen_is_hatched_over_the_plan() -> Outcome {
     let bedroom = grideye_tests::programs::root().join("scenes/bedroom.toml");
     fs::copy(bedroom, desk.file("bedroom.toml"))?;
     desk.open("bedroom")?;
+    assert!(!desk.is_hatched()?);
     desk.browser.click("#cover")?;
     let share =
         |text: &str| -> Option<u32> { text.split(", ").nth(1)?.split(' ').next()?.parse().ok() };
     let words = desk
         .browser
         .wait_for_text("#cover-words", |text| text.contains("is detected at"))?;
-    let kinds = "return [...new Set([...document.querySelectorAll('#plan .cell')].map((cell) => `${cell.dataset.cover} ${cell.getAttribute('fill')}`))].sort()";
-    let kinds: Vec<String> = serde_json::from_value(desk.browser.execute(kinds)?)?;
-    assert!(
-        kinds.contains(&"seen url(#hatch-seen)".to_owned())
-            && kinds.contains(&"out url(#hatch-out)".to_owned()),
-        "{kinds:?}"
-    );
+    // The legend has the hatches of the map.
+    let kinds = "return [...document.querySelectorAll('#cover-legend .swatch')].map((swatch) => swatch.toDataURL()).filter((one, index, all) => all.indexOf(one) === index).length";
+    assert_eq!(desk.browser.execute(kinds)?, 4);
+    assert!(desk.is_hatched()?);
     // As `grideye coverage` counts, whose cells are the same.
     let told = run(grideye()
         .args(["coverage", "--json"])
@@ -414,14 +391,13 @@ fn the_map_of_where_a_person_is_seen_is_hatched_over_the_plan() -> Outcome {
 
     // In a corner the sensor sees less of the floor; the map follows.
     let first = share(&words).ok_or("no share")?;
-    desk.drag("#plan .sensor rect", 1.8, -1.5)?;
+    desk.drag((2.1, 1.8), (1.8, -1.5))?;
     desk.browser.wait_for_text("#cover-words", |text| {
         share(text).is_some_and(|now| now < first)
     })?;
     keep_picture(&desk.browser, "editor-coverage")?;
     desk.browser.click("#cover")?;
-    let cells = "return document.querySelectorAll('#plan .cell').length";
-    assert_eq!(desk.browser.execute(cells)?, 0);
+    assert!(!desk.is_hatched()?);
     assert_quiet(&desk.browser, "")
 }
 

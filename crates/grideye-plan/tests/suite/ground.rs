@@ -1,7 +1,7 @@
 //! A sensor's field of view on the floor and up to the walls.
 
 use glam::{DVec2, DVec3};
-use grideye_plan::ground::{View, in_view_m, reach_m, view};
+use grideye_plan::ground::{View, in_view_m, view};
 use grideye_scene::Scene;
 use grideye_scene::polygon::bounds;
 use std::io;
@@ -25,7 +25,7 @@ fn box_of(outline: &[DVec2]) -> [f64; 4] {
 }
 
 #[test]
-fn straight_down_the_view_reaches_as_far_as_its_footprint() {
+fn straight_down_the_floor_in_view_is_a_square() {
     let scene =
         looked_at("position_mm = [2000, 1500, 2500]\nelevation_deg = 90\nazimuth_deg = -90");
     let (room, sensor) = (scene.room(), &scene.sensors()[0]);
@@ -33,45 +33,24 @@ fn straight_down_the_view_reaches_as_far_as_its_footprint() {
     let wanted = [2.0 - half_m, 1.5 - half_m, 2.0 + half_m, 1.5 + half_m];
     let wanted = wanted.map(|side| (side * 1e6).round() / 1e6);
     assert_eq!(box_of(&in_view_m(room, sensor)), wanted);
-    assert_eq!(box_of(&reach_m(room, sensor)), wanted);
 }
 
 #[test]
-fn at_a_wall_the_view_is_a_wedge_from_the_sensor_to_the_walls() {
+fn at_a_wall_the_floor_comes_into_view_where_the_lowest_ray_meets_it() {
     let scene = looked_at("position_mm = [0, 1500, 1000]\nelevation_deg = 0\nazimuth_deg = 0");
     let (room, sensor) = (scene.room(), &scene.sensors()[0]);
-    // The floor comes into view where the lowest ray meets it; sideways, the wedge is as wide as the room from 2.6 m on.
+    // Sideways, the view is as wide as the room from 2.6 m on.
     let nearest_m = 1.0 / libm::tan(30.0_f64.to_radians());
     let nearest_m = (nearest_m * 1e6).round() / 1e6;
     assert_eq!(box_of(&in_view_m(room, sensor)), [nearest_m, 0.0, 4.0, 3.0]);
-    let reach = reach_m(room, sensor);
-    assert_eq!(box_of(&reach), [0.0, 0.0, 4.0, 3.0]);
-    let is_in = |at: DVec2| {
-        let next = reach.iter().cycle().skip(1);
-        reach
-            .iter()
-            .zip(next)
-            .all(|(from, to)| (to - from).perp_dot(at - from) >= -1e-9)
-    };
-    assert!(is_in(DVec2::new(1.0, 1.5 + 0.57)) && !is_in(DVec2::new(1.0, 1.5 + 0.59)));
 }
 
 #[test]
-fn a_corner_that_juts_into_the_room_hides_what_is_behind_it() {
-    let plan = "plan_mm = [[0, 0], [4000, 0], [4000, 1000], [1000, 1000], [1000, 3000], [0, 3000]]\nheight_mm = 2500";
-    let pose = "position_mm = [0, 3000, 2500]\nelevation_deg = 45\nazimuth_deg = -90";
-    let scene = looked_at_in(plan, pose);
-    let reach = reach_m(scene.room(), &scene.sensors()[0]);
-    // The line of sight over the corner at (1, 1) falls by 2 m per meter and meets the front wall at x = 1.5 m.
-    assert_eq!(box_of(&reach), [0.0, 0.0, 1.5, 3.0]);
-    let is_near = |at: &DVec2| at.distance(DVec2::new(1.5, 0.0)) < 1e-6;
-    assert!(reach.iter().any(is_near), "{reach:?}");
-}
-
-#[test]
-fn a_sensor_that_looks_away_from_the_room_reaches_nothing() {
+fn a_sensor_that_looks_away_from_the_room_has_nothing_in_view() {
     let scene = looked_at("position_mm = [0, 1500, 1000]\nelevation_deg = 0\nazimuth_deg = 180");
-    assert_eq!(reach_m(scene.room(), &scene.sensors()[0]), []);
+    let (room, sensor) = (scene.room(), &scene.sensors()[0]);
+    assert_eq!(in_view_m(room, sensor), []);
+    assert_eq!(view(room, sensor).faces_m, Vec::<Vec<DVec3>>::new());
 }
 
 /// Twice the area of a flat face, m².

@@ -64,6 +64,9 @@ azimuth_deg = -90
 ";
 pub(crate) const WAY: &str = "# from the door\nx_mm,y_mm,z_mm\n500,700,0\n3500,700,0\n";
 
+/// To the right and to the back, in a room.
+pub(crate) type Meters = (f64, f64);
+
 /// The program on a folder of scenes, and a browser on the editor.
 pub(crate) struct Desk {
     pub(crate) collector: RunningCollector,
@@ -169,73 +172,105 @@ impl Desk {
         Ok([self.celsius("ceiling")?, self.celsius("wall")?])
     }
 
-    /// Pixels of the screen in a meter of the plan.
-    pub(crate) fn pixels_per_meter(&self) -> Result<f64, Failure> {
-        let script =
-            "return document.querySelector('#plan .room').getBoundingClientRect().width / 4";
+    /// Where the plan has the room's front left corner, and a meter, in pixels from the canvas's corner.
+    pub(crate) fn plan(&self) -> Result<[f64; 3], Failure> {
+        let script = "return document.querySelector('#plan').dataset.drawn.split(' ').map(Number)";
+        Ok(serde_json::from_value(self.browser.execute(script)?)?)
+    }
+
+    /// A place in the room, meters, in pixels from the corner of the plan.
+    pub(crate) fn on_plan(&self, (x, y): Meters) -> Result<(f64, f64), Failure> {
+        let [left, top, meter] = self.plan()?;
+        Ok((left + x * meter, top - y * meter))
+    }
+
+    /// Drags what is at a place of the plan by meters to the right and to the back.
+    pub(crate) fn drag(&self, at: Meters, (right, back): Meters) -> Outcome {
+        let to = self.on_plan((at.0 + right, at.1 + back))?;
+        self.drag_in("#plan", self.on_plan(at)?, to)
+    }
+
+    /// Waits until the plan names what is at a place.
+    pub(crate) fn wait_for_name(&self, at: Meters, name: &str) -> Outcome {
+        let named = || -> Result<String, Failure> {
+            self.browser
+                .point_at("#plan", self.beside_middle("#plan", self.on_plan(at)?)?)?;
+            let title = self
+                .browser
+                .execute("return document.querySelector('#plan').title")?;
+            Ok(title.as_str().unwrap_or_default().to_owned())
+        };
+        let what = format!("{name} at {at:?}");
         self.browser
-            .execute(script)?
-            .as_f64()
-            .ok_or_else(|| "no plan".into())
+            .wait_for(&what, named, |named| named == name)
+            .map(drop)
     }
 
-    /// Drags a thing on the plan by meters to the right and to the back.
-    pub(crate) fn drag(&self, selector: &str, right_m: f64, back_m: f64) -> Outcome {
-        let scale = self.pixels_per_meter()?;
-        let by = (pixels(right_m * scale)?, pixels(-back_m * scale)?);
-        self.drag_from(selector, (0, 0), by)
+    /// Whether the plan's floor has lines of a hatch at 0.3 m from the left and 0.8 m from the front of the room.
+    pub(crate) fn is_hatched(&self) -> Result<bool, Failure> {
+        let script =
+            "return new Promise((done) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done)))).then(() => {
+               const plan = document.querySelector('#plan');
+               const [left, top, meter] = plan.dataset.drawn.split(' ').map(Number);
+               const copy = Object.assign(document.createElement('canvas'), { width: 12, height: 12 });
+               const context = copy.getContext('2d', { willReadFrequently: true });
+               context.drawImage(plan, left + 0.3 * meter, top - 0.8 * meter, 12, 12, 0, 0, 12, 12);
+               const dots = new Uint32Array(context.getImageData(0, 0, 12, 12).data.buffer);
+               return new Set(dots).size > 1;
+             })";
+        Ok(self.browser.execute(script)? == true)
     }
 
-    /// Drags a thing on the plan by pixels, from a place beside its middle. The plan draws its things again as soon as one is
-    /// taken hold of, so that places are counted from the middle of the plan itself.
-    pub(crate) fn drag_from(&self, selector: &str, beside: (i32, i32), by: (i32, i32)) -> Outcome {
+    /// Where a pane's round handle is drawn, in pixels from the canvas's corner.
+    pub(crate) fn handle(&self, pane: &str) -> Result<Option<(f64, f64)>, Failure> {
         let script = format!(
-            "document.querySelector('#plan').scrollIntoView({{ block: 'center' }});
-             const [thing, plan] = [{selector:?}, '#plan'].map((one) => document.querySelector(one).getBoundingClientRect());
-             return [thing.x + thing.width / 2 - plan.x - plan.width / 2, thing.y + thing.height / 2 - plan.y - plan.height / 2]"
+            "return (document.querySelector('{pane}').dataset.handle ?? '').split(' ').filter(Boolean).map(Number)"
         );
-        let middle: [f64; 2] = serde_json::from_value(self.browser.execute(&script)?)?;
-        let (x, y) = (pixels(middle[0])? + beside.0, pixels(middle[1])? + beside.1);
-        self.browser.drag("#plan", (x, y), (x + by.0, y + by.1))
-    }
-
-    /// Where the view's round handle is drawn, in pixels from the canvas's corner.
-    pub(crate) fn handle(&self) -> Result<Option<(f64, f64)>, Failure> {
-        let place = self
-            .browser
-            .execute("return (document.querySelector('#view').dataset.handle ?? '').split(' ').filter(Boolean).map(Number)")?;
-        let place: Vec<f64> = serde_json::from_value(place)?;
+        let place: Vec<f64> = serde_json::from_value(self.browser.execute(&script)?)?;
         Ok(place.first().copied().zip(place.get(1).copied()))
     }
 
     pub(crate) fn handle_other_than(
         &self,
+        pane: &str,
         before: Option<(f64, f64)>,
     ) -> Result<(f64, f64), Failure> {
         let is_other = |now: &Option<(f64, f64)>| now.is_some() && *now != before;
-        let found = self
-            .browser
-            .wait_for("the view's handle", || self.handle(), is_other)?;
+        let look = || self.handle(pane);
+        let found = self.browser.wait_for("another handle", look, is_other)?;
         found.ok_or_else(|| "no handle".into())
     }
 
-    pub(crate) fn handle_at(&self, place: (f64, f64)) -> Outcome {
+    pub(crate) fn handle_at(&self, pane: &str, place: (f64, f64)) -> Outcome {
         let is_there = |now: &Option<(f64, f64)>| *now == Some(place);
+        let look = || self.handle(pane);
         self.browser
-            .wait_for("the view's handle", || self.handle(), is_there)
+            .wait_for("the handle", look, is_there)
             .map(drop)
     }
 
-    /// Drags from one place of the view to another, in pixels from the canvas's corner.
-    pub(crate) fn drag_in_view(&self, from: (f64, f64), to: (f64, f64)) -> Outcome {
-        let middle = "const view = document.querySelector('#view');
-            view.scrollIntoView({ block: 'center' });
-            return [view.clientWidth / 2, view.clientHeight / 2]";
-        let middle: [f64; 2] = serde_json::from_value(self.browser.execute(middle)?)?;
-        let beside = |(x, y): (f64, f64)| -> Result<(i32, i32), Failure> {
-            Ok((pixels(x - middle[0])?, pixels(y - middle[1])?))
-        };
-        self.browser.drag("#view", beside(from)?, beside(to)?)
+    /// A place in pixels from a canvas's corner, as whole pixels from its middle.
+    pub(crate) fn beside_middle(
+        &self,
+        pane: &str,
+        (x, y): (f64, f64),
+    ) -> Result<(i32, i32), Failure> {
+        let middle = format!(
+            "const pane = document.querySelector('{pane}');
+             pane.scrollIntoView({{ block: 'center' }});
+             return [pane.clientWidth / 2, pane.clientHeight / 2]"
+        );
+        let middle: [f64; 2] = serde_json::from_value(self.browser.execute(&middle)?)?;
+        Ok((pixels(x - middle[0])?, pixels(y - middle[1])?))
+    }
+
+    /// Drags from one place of a canvas to another, in pixels from its corner.
+    pub(crate) fn drag_in(&self, pane: &str, from: (f64, f64), to: (f64, f64)) -> Outcome {
+        let [from, to] = [
+            self.beside_middle(pane, from)?,
+            self.beside_middle(pane, to)?,
+        ];
+        self.browser.drag(pane, from, to)
     }
 
     /// Goes to a field by its key, and writes.

@@ -11,25 +11,36 @@ const OFF_PX: f64 = 4.0;
 /// The room of the test scene, meters.
 const SIDE_M: f64 = 4.0;
 
-/// Left, front, right and back of a shape on the plan, meters.
-pub(crate) fn box_of(desk: &Desk, shape: &str) -> Result<[f64; 4], Failure> {
-    let script = format!(
-        "const [shape, room] = ['{shape}', '.room'].map((one) => document.querySelector(`#plan ${{one}}`).getBoundingClientRect());
-         const meter = room.width / {SIDE_M};
-         return [shape.left - room.left, room.bottom - shape.bottom, shape.right - room.left, room.bottom - shape.top].map((side) => side / meter)"
-    );
-    Ok(serde_json::from_value(desk.browser.execute(&script)?)?)
+/// Left, front, right and back of all that the plan draws in the color of the selection, meters.
+fn box_of_chosen(desk: &Desk) -> Result<[f64; 4], Failure> {
+    let [left, top, meter] = desk.plan()?;
+    let script = "const plan = document.querySelector('#plan');
+         const copy = Object.assign(document.createElement('canvas'), { width: plan.width, height: plan.height });
+         const context = copy.getContext('2d', { willReadFrequently: true });
+         context.drawImage(plan, 0, 0);
+         const wanted = getComputedStyle(plan).caretColor.match(/[0-9]+/g).map(Number);
+         const { data } = context.getImageData(0, 0, copy.width, copy.height);
+         const box = [Infinity, -Infinity, -Infinity, Infinity];
+         for (let dot = 0; dot < copy.width * copy.height; dot += 1) {
+           if (wanted.some((part, index) => Math.abs(data[4 * dot + index] - part) > 6)) continue;
+           const [x, y] = [dot % copy.width, Math.floor(dot / copy.width)];
+           box[0] = Math.min(box[0], x); box[1] = Math.max(box[1], y + 1); box[2] = Math.max(box[2], x + 1); box[3] = Math.min(box[3], y);
+         }
+         return box";
+    let found = desk.browser.execute(script)?;
+    let [low_x, low_y, high_x, high_y]: [f64; 4] = serde_json::from_value(found)?;
+    Ok([low_x - left, top - low_y, high_x - left, top - high_y].map(|side| side / meter))
 }
 
-fn wait_for_box(desk: &Desk, shape: &str, wanted: [f64; 4]) -> Outcome {
-    let off_m = OFF_PX / desk.pixels_per_meter()?;
+fn wait_for_box(desk: &Desk, wanted: &[f64]) -> Outcome {
+    let off_m = OFF_PX / desk.plan()?[2];
     let is_there = |found: &[f64; 4]| {
         let mut sides = found.iter().zip(wanted);
-        sides.all(|(found, wanted)| near(*found, wanted, off_m))
+        sides.all(|(found, wanted)| near(*found, *wanted, off_m))
     };
-    let what = format!("{shape} at {wanted:?}");
+    let what = format!("the selection at {wanted:?}");
     desk.browser
-        .wait_for(&what, || box_of(desk, shape), is_there)
+        .wait_for(&what, || box_of_chosen(desk), is_there)
         .map(drop)
 }
 
@@ -46,48 +57,61 @@ fn the_plan_shows_what_each_sensor_has_in_view_and_follows_the_hand() -> Outcome
     }
     let desk = Desk::new()?;
     desk.open("room")?;
-    let ceiling = ".view[data-sensor=ceiling]";
-    wait_for_box(&desk, ceiling, below(1.2, 2.4))?;
-    wait_for_box(&desk, ".reach[data-sensor=ceiling]", below(1.2, 2.4))?;
-    // The wall's sensor is 2 m up and sees 0 to 60 degrees below the horizon: the wedge begins at the sensor, the floor where
-    // the steepest ray meets it.
-    let from_wall_m = 2.0 / 60.0_f64.to_radians().tan();
-    let floor = [0.0, 0.0, SIDE_M, SIDE_M - from_wall_m];
-    wait_for_box(&desk, ".view[data-sensor=wall]", floor)?;
-    wait_for_box(
-        &desk,
-        ".reach[data-sensor=wall]",
-        [0.0, 0.0, SIDE_M, SIDE_M],
-    )?;
+    // The wall's sensor is 2 m up and sees 0 to 60 degrees below the horizon, as far as the opposite wall; behind it is its name.
+    desk.choose("wall")?;
+    wait_for_box(&desk, &[0.0, 0.0, SIDE_M])?;
+    desk.choose("ceiling")?;
+    wait_for_box(&desk, &below(1.2, 2.4))?;
 
     // It goes along before the hand lets go.
-    let scale = desk.pixels_per_meter()?;
-    let middle = "const [thing, plan] = ['#plan .sensor[data-name=ceiling] rect', '#plan'].map((one) => document.querySelector(one).getBoundingClientRect());
-        return [thing.x + thing.width / 2 - plan.x - plan.width / 2, thing.y + thing.height / 2 - plan.y - plan.height / 2]";
-    let [x, y]: [f64; 2] = serde_json::from_value(desk.browser.execute(middle)?)?;
-    let from = (pixels(x)?, pixels(y)?);
-    let to = (pixels(x + 0.8 * scale)?, pixels(y + 0.4 * scale)?);
+    let [from, to] = [(1.2, 2.4), (2.0, 2.0)].map(|at| desk.on_plan(at));
+    let from = desk.beside_middle("#plan", from?)?;
+    let to = desk.beside_middle("#plan", to?)?;
     desk.browser.hold("#plan", from, to)?;
-    wait_for_box(&desk, ceiling, below(2.0, 2.0))?;
+    wait_for_box(&desk, &below(2.0, 2.0))?;
     assert_eq!(desk.text()?, ROOM, "the gesture has not ended");
     desk.browser.release()?;
     desk.wait_for_text(|text| text != ROOM)?;
-    wait_for_box(&desk, ceiling, below(2.0, 2.0))?;
-
-    // The selected sensor's stands out.
-    let chosen = "return [...document.querySelectorAll('#plan .view.chosen')].map((view) => view.dataset.sensor)";
-    assert_eq!(
-        desk.browser.execute(chosen)?,
-        serde_json::json!(["ceiling"])
-    );
-    let strokes = "return ['ceiling', 'wall'].map((name) => getComputedStyle(document.querySelector(`#plan .view[data-sensor=${name}]`)).stroke)";
-    let strokes: [String; 2] = serde_json::from_value(desk.browser.execute(strokes)?)?;
-    assert_ne!(strokes[0], strokes[1]);
+    wait_for_box(&desk, &below(2.0, 2.0))?;
     keep_picture(&desk.browser, "editor-in-view")?;
 
     // On its corner, the square reaches all four walls.
     desk.browser.press("{")?;
-    wait_for_box(&desk, ceiling, [0.0, 0.0, SIDE_M, SIDE_M])?;
+    wait_for_box(&desk, &[0.0, 0.0, SIDE_M, SIDE_M])?;
+    assert_quiet(&desk.browser, "")
+}
+
+#[test]
+fn the_plan_is_dragged_along_zoomed_and_fitted() -> Outcome {
+    if left_out("the_plan_is_dragged_along_zoomed_and_fitted") {
+        return Ok(());
+    }
+    let desk = Desk::new()?;
+    desk.open("room")?;
+    let wait_for = |what: &str, wanted: [f64; 3]| {
+        let is_there = |now: &[f64; 3]| now.iter().zip(wanted).all(|(is, to)| near(*is, to, 1.1));
+        let look = || desk.plan();
+        desk.browser.wait_for(what, look, is_there).map(drop)
+    };
+    let first @ [left, top, meter] = desk.plan()?;
+    // From a place where nothing is.
+    desk.drag((3.3, 2.8), (-0.5, 0.25))?;
+    let along = [left - 0.5 * meter, top - 0.25 * meter, meter];
+    wait_for("the plan dragged along", along)?;
+    let along = desk.plan()?;
+    assert_eq!(desk.text()?, ROOM);
+    // What is in the middle of the canvas stays there.
+    desk.browser.click("#nearer")?;
+    let middle = desk.beside_middle("#plan", (along[0], along[1]))?;
+    let nearer = |side: f64, from_middle: i32| side + 0.15 * f64::from(from_middle);
+    let wanted = [
+        nearer(along[0], middle.0),
+        nearer(along[1], middle.1),
+        1.15 * meter,
+    ];
+    wait_for("the plan nearer", wanted)?;
+    desk.browser.click("#home")?;
+    wait_for("the plan fitted", first)?;
     assert_quiet(&desk.browser, "")
 }
 
