@@ -203,13 +203,14 @@ fn check_length(recording: &Recording) -> Result<(), Refusal> {
 
 /// Writes the rows to an unnamed file, off the threads that serve requests, until the request is dropped.
 async fn write(
-    rows: Pages,
+    mut rows: Pages,
     format: Format,
     (room, scratch): (OwnedSemaphorePermit, Scratch),
 ) -> Result<File, Refusal> {
     // Dropped with the request.
     let asking = Arc::new(());
     let request = Arc::downgrade(&asking);
+    rows.request = request.clone();
     let work = tokio::task::spawn_blocking(move || {
         let _room = room;
         let no_room = |error| io::Error::other(format!("cannot create a temporary file: {error}"));
@@ -296,6 +297,8 @@ struct Pages {
     span: usize,
     after_seq: Option<u64>,
     ready: VecDeque<Row>,
+    /// Nothing is read for a request that was dropped.
+    request: Weak<()>,
     is_counting: bool,
     /// Counts the people of the span that is read.
     counter: Option<Counter>,
@@ -312,6 +315,7 @@ impl Pages {
             span: 0,
             after_seq: None,
             ready: VecDeque::new(),
+            request: Weak::new(),
             is_counting: false,
             counter: None,
         }
@@ -349,6 +353,7 @@ impl Pages {
     }
 
     fn page(&self, span: &Span, after_seq: Option<u64>) -> Result<Vec<StoredRecord>, ExportError> {
+        check_asked(&self.request)?;
         let page = self.store.page(span.clone(), after_seq, PAGE_ROWS);
         let page = self.runtime.block_on(page);
         page.map_err(|error| ExportError::Source(error.into()))

@@ -188,6 +188,24 @@ async fn a_file_that_nobody_waits_for_is_not_written_on() {
     }
 }
 
+/// The empty room is told from all pages before the first row is.
+#[tokio::test]
+async fn nothing_is_read_to_count_for_a_dropped_request() {
+    let exports = exports(1).await;
+    keep(&exports, "s1", "b1", 1).await;
+    let members = exports.store.members(RecordingId(1)).await.unwrap();
+    let span = members.spans[0].clone();
+    let mut rows = Pages::new(Arc::clone(&exports.store), members, None);
+    let asking = Arc::new(());
+    rows.request = Arc::downgrade(&asking);
+    let read = tokio::task::spawn_blocking(move || {
+        let asked = rows.counter_of(&span).is_ok();
+        drop(asking);
+        (asked, rows.counter_of(&span).is_ok())
+    });
+    assert_eq!(read.await.unwrap(), (true, false));
+}
+
 #[test]
 fn a_recording_that_takes_too_long_is_refused() {
     let mut recording = Recording {
