@@ -3,8 +3,7 @@
 use crate::plane::Plane;
 use glam::{DVec2, DVec3};
 use grideye_scene::polygon::{clipped, hull};
-use grideye_scene::{Agent, Body, Room, Sensor};
-use std::time::Duration;
+use grideye_scene::{Body, Room, Sensor};
 
 /// How far beside a corner rays pass it, so that one meets its wall and the other the wall behind it.
 const ASIDE_RAD: f64 = 1e-9;
@@ -16,21 +15,6 @@ const ON_WALL_M: f64 = 1e-6;
 pub fn outline_m(body: &Body) -> Vec<DVec2> {
     let corners = body.mesh.vertices_m().iter();
     hull(corners.map(|corner| corner.truncate()).collect())
-}
-
-/// The outlines of an agent's bodies at its start, lowest first, meters from its position; its front is +x.
-#[must_use]
-pub fn body_m(agent: &Agent) -> Vec<Vec<DVec2>> {
-    let mut bodies = agent.bodies_at(Duration::ZERO);
-    let top_m = |body: &Body| body.mesh.bounds_m().1.z;
-    bodies.sort_by(|one, other| top_m(one).total_cmp(&top_m(other)));
-    let at_m = agent.position_m(Duration::ZERO).truncate();
-    let (sin, cos) = libm::sincos(-agent.front_rad(Duration::ZERO));
-    let own = |corner: DVec2| DVec2::new(cos, sin).rotate(corner - at_m);
-    let outlines = bodies.iter().map(outline_m);
-    outlines
-        .map(|outline| outline.into_iter().map(own).collect())
-        .collect()
 }
 
 /// What a sensor has in view of its room, meters.

@@ -1,11 +1,8 @@
 //! People from above and in drawings, and the picture of them in `scenes/README.md`.
 
 use crate::scene;
-use glam::DVec2;
 use grideye_draw::palette::{INFERNO, color, hex};
 use grideye_plan::drawing::{Drawing, svg};
-use grideye_plan::ground::body_m;
-use grideye_scene::polygon::bounds;
 use grideye_scene::{Scene, Simulator};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -18,25 +15,6 @@ fn person_at(x_mm: f64, keys: &str) -> Scene {
     scene(&format!(
         "{ROOM}[[agent]]\nname = \"p\"\nposition_mm = [{x_mm:?}, 1700, 0]\nperson = {{}}\n{keys}"
     ))
-}
-
-/// Breadths of adults over both shoulders (405 to 560 mm) and of heads (135 to 170 mm) in ANSUR II, clothes added.
-#[test]
-fn from_above_a_person_is_as_wide_as_people_are_and_its_head_is_on_top() {
-    let scene = person_at(1000.0, "yaw_deg = 130");
-    let outlines = body_m(&scene.agents()[0]);
-    let size = |outlines: &[Vec<DVec2>]| {
-        let (low, high) = bounds(outlines.iter().flatten().copied());
-        (high - low).to_array()
-    };
-    let [deep, wide] = size(&outlines);
-    assert!((0.4..0.6).contains(&wide), "{wide}");
-    assert!((0.2..0.4).contains(&deep), "{deep}");
-    let [long, across] = size(&outlines[outlines.len() - 1..]);
-    assert!(
-        (0.13..0.18).contains(&across) && long > across,
-        "{across} {long}"
-    );
 }
 
 #[test]
