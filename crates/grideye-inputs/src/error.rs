@@ -3,10 +3,8 @@
 use amg8833_emulator::script::ScriptError;
 use grideye_import::ImportError;
 use grideye_recording::printable;
-use grideye_scene::SceneError;
-use grideye_scene::profile::ProfileError;
+use grideye_scene::{Refusal, SceneError};
 use grideye_validator::ValidatorError;
-use grideye_validator::thresholds::ThresholdError;
 use std::fmt::Display;
 use std::path::Path;
 
@@ -124,7 +122,7 @@ macro_rules! placed {
     )*};
 }
 
-placed!(ProfileError, ThresholdError, ScriptError);
+placed!(Refusal, ScriptError);
 
 #[cfg(test)]
 mod tests {

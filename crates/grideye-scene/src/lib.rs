@@ -60,11 +60,12 @@ mod unseen;
 
 pub use file::{Files, key, keys};
 pub use film::Film;
-pub use geometry::{Cuboid, Mesh, MeshError, Pose, count, polygon};
+pub use geometry::{Cuboid, Mesh, Pose, count, polygon};
 pub use grideye_text::{Place, Refusal};
 pub use model::{
     Agent, AgentLaws, Body, Calibrated, Clothing, Contact, Doing, FreeSpace, Laws, Loaded, Model,
-    Person, Posture, Room, Scene, SceneError, Sensor, Variant, Vary, Warning, limits, uncertain,
+    Person, Posture, Room, Scene, SceneError, Sensor, Stop, Variant, Vary, Warning, limits,
+    uncertain,
 };
 pub use motion::Trajectory;
 pub use picture::{Filled, Image, Mask, physical};

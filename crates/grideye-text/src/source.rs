@@ -30,6 +30,8 @@ pub struct Style {
     pub no_toml: &'static str,
     /// The message about a key, what was found, and what was expected.
     pub wrong: fn(&str, &str, &str) -> String,
+    /// The most bytes of text, and the hint about more.
+    pub bytes_max: (usize, &'static str),
     /// Whether messages about types and TOML begin with the key of the line.
     pub names_key: bool,
 }
@@ -42,6 +44,7 @@ impl Style {
         mistyped: "the value is of another type",
         no_toml: "the file must be TOML: text in quotes, every key once, lists in brackets",
         wrong: |key, found, expected| format!("`{key}` is {found}, expected {expected}"),
+        bytes_max: (64 * 1024, "check that it is the right file"),
         names_key: true,
     };
 }
@@ -50,13 +53,23 @@ impl<'a> Source<'a> {
     /// The text as TOML.
     ///
     /// # Errors
-    /// Its first mistake.
+    /// That it is too long, or its first mistake.
     pub fn document(&self) -> Result<Spanned<DeTable<'a>>, Refusal> {
+        self.check_length()?;
         DeTable::parse(self.text).map_err(|error| {
             let message = error.message().trim_end().replace('\n', ", ");
             let byte = error.span().map_or(0, |span| span.start);
             self.told(byte, message, self.style.no_toml)
         })
+    }
+
+    /// Checks that the text is not too long.
+    ///
+    /// # Errors
+    /// If it is.
+    pub fn check_length(&self) -> Result<(), Refusal> {
+        let (limit, hint) = self.style.bytes_max;
+        self.check_count("bytes of text", self.text.len(), (limit, 0), hint)
     }
 
     /// The place of a byte of the text.

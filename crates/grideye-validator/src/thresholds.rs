@@ -34,19 +34,6 @@ pub struct ThresholdLine {
     pub file: String,
 }
 
-/// Why a thresholds file was rejected.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-#[expect(missing_docs, reason = "the messages say what each is")]
-pub enum ThresholdError {
-    #[error(transparent)]
-    Refused(#[from] Refusal),
-    #[error(
-        "{file}: {found} bytes of text, expected at most {TEXT_BYTES_MAX}\nhint: is this a thresholds file?"
-    )]
-    TooLong { file: String, found: usize },
-}
-
 impl ThresholdSet {
     /// The built-in thresholds.
     #[must_use]
@@ -71,14 +58,8 @@ impl ThresholdSet {
     /// Reads a file named `origin` in messages. Keys it leaves out keep their built-in value.
     ///
     /// # Errors
-    /// [`ThresholdError`] with line, column and key.
-    pub fn parse(text: &str, origin: &str) -> Result<Self, ThresholdError> {
-        if text.len() > TEXT_BYTES_MAX {
-            return Err(ThresholdError::TooLong {
-                file: origin.to_owned(),
-                found: text.len(),
-            });
-        }
+    /// The first mistake, with line, column and key.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, Refusal> {
         grideye_text::read((origin, text), &STYLE, &ROWS, |table| {
             let mut set = Self::shipped();
             for (key, line) in KEYS.iter().zip(&mut set.lines) {
@@ -102,6 +83,7 @@ const STYLE: Style = {
         missing: hint,
         mistyped: hint,
         no_toml: hint,
+        bytes_max: (TEXT_BYTES_MAX, "is this a thresholds file?"),
         names_key: false,
         ..Style::EMPTY
     }

@@ -1,7 +1,5 @@
 //! A scene without what no draw needs, because each draw is read again.
 
-use grideye_scene::Files;
-
 /// The text with blanks in place of comments and of tables of what varies, because each draw is read again. All else stays in
 /// its place.
 pub(crate) fn bare(text: &str) -> String {
@@ -32,17 +30,5 @@ pub(crate) fn bare(text: &str) -> String {
     match (tables(text), tables(&bare)) {
         (Some((with, true)), Some((without, false))) if with == without => bare,
         _ => text.to_owned(),
-    }
-}
-
-/// The files of a scene of which only the room matters: every profile is that of a perfect sensor.
-pub(crate) struct NoProfiles<'a>(pub(crate) &'a dyn Files);
-
-impl Files for NoProfiles<'_> {
-    fn read(&self, relative: &str) -> std::io::Result<String> {
-        match relative.ends_with(".toml") {
-            true => Ok(String::new()),
-            false => self.0.read(relative),
-        }
     }
 }

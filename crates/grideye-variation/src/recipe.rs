@@ -2,7 +2,7 @@
 
 use crate::acts;
 use crate::asked::{self, Asked};
-use crate::bare::{NoProfiles, bare};
+use crate::bare::bare;
 use crate::chance::{NOISE, START, below, chosen, generator, share};
 use crate::error::{Mistake, VariationError};
 use crate::floor;
@@ -10,7 +10,7 @@ use crate::floor::Floor;
 use crate::grammar;
 use crate::grammar::{Choice, Piece};
 use crate::stage;
-use crate::stage::{Actor, Drawn};
+use crate::stage::Actor;
 use crate::target;
 use crate::target::{Edit, Placed, edited};
 use crate::varied::{Place, Varied, are_numbers, as_toml, check_time, people};
@@ -343,41 +343,34 @@ impl Recipe {
             values: self.told(draw),
             source: Box::new(source),
         };
-        if !self.places_agents() {
-            return Scene::parse_without_variants(&draw.text, &self.origin, files).map_err(refused);
-        }
-        let ways = self.ways((seed, index), draw, files)?;
-        let acting = self.actors.iter().zip(&ways);
-        let acting = || {
-            acting
-                .clone()
-                .filter_map(|(actor, way)| Some((actor, way.as_ref()?)))
+        let is_free = |name: &str| {
+            self.is_placed(name) || self.actors.iter().any(|actor| actor.agent == name)
         };
-        let files = &Drawn::new(files, acting());
-        let text = |places_m: &mut dyn Iterator<Item = DVec3>| {
+        let parse = |places_m: &mut dyn Iterator<Item = DVec3>| {
             let mut edits = self.drawn(&draw.written);
             edits.extend(floor::edits(&self.placed, places_m));
-            edits.extend(acting().flat_map(|(actor, way)| actor.edited(way)));
-            edited(&self.text, edits)
+            let text = edited(&self.text, edits);
+            Scene::parse_unplaced(&text, &self.origin, files, &is_free).map_err(refused)
         };
-        let anywhere = text(&mut std::iter::repeat(DVec3::ZERO));
-        let anywhere = Scene::parse_anywhere(&anywhere, &self.origin, files).map_err(refused)?;
-        let has_all = anywhere.scene.agents().iter().all(|agent| {
-            self.is_placed(&agent.name) || acting().any(|(actor, _)| actor.agent == agent.name)
-        });
-        if self.placed.is_empty() && has_all {
-            return Ok(anywhere);
+        let mut loaded = parse(&mut std::iter::repeat(DVec3::ZERO))?;
+        let ways = self.ways((seed, index), draw, &loaded.scene)?;
+        let send = |scene: &mut Scene| {
+            let mut ways = self.actors.iter().zip(&ways);
+            ways.try_for_each(|(actor, way)| match way {
+                Some(way) => scene.send(&actor.agent, &way.stops(), way.yaw_deg),
+                None => Ok(()),
+            })
+        };
+        send(&mut loaded.scene).map_err(refused)?;
+        if self.placed.is_empty() {
+            return Ok(loaded);
         }
-        let mut floor = Floor::new(anywhere.scene, &self.placed, (seed, index));
+        let mut floor = Floor::new(loaded.scene, &self.placed, (seed, index));
         for _ in 0..TRIES_MAX {
             let Some(misplaced) = floor.misplaced() else {
-                let text = text(&mut floor.places_m());
-                // Those placed need no second check, only those that walk or stand where the file says.
-                let parse = match has_all {
-                    true => Scene::parse_anywhere,
-                    false => Scene::parse_without_variants,
-                };
-                return parse(&text, &self.origin, files).map_err(refused);
+                let mut loaded = parse(&mut floor.places_m())?;
+                send(&mut loaded.scene).map_err(refused)?;
+                return Ok(loaded);
             };
             floor.draw(misplaced);
         }
@@ -393,21 +386,14 @@ impl Recipe {
         &self,
         (seed, index): (u64, u64),
         draw: &Draw,
-        files: &dyn Files,
+        scene: &Scene,
     ) -> Result<Vec<Option<Way>>, VariationError> {
         if self.actors.is_empty() {
             return Ok(Vec::new());
         }
-        let refused = |source| VariationError::Frame {
-            index,
-            values: self.told(draw),
-            source: Box::new(source),
-        };
-        let files = &NoProfiles(files);
-        let scene = Scene::parse_anywhere(&draw.text, &self.origin, files).map_err(refused)?;
         let chosen: Vec<(&Actor, &acts::Choice)> = self.chosen(&draw.acts).collect();
         let is_placed = |name: &str| self.is_placed(name);
-        let ways = stage::ways(&scene.scene, &chosen, &is_placed, (seed, index));
+        let ways = stage::ways(scene, &chosen, &is_placed, (seed, index));
         ways.map_err(|stuck| VariationError::NoWay {
             index,
             agent: chosen[stuck].0.agent.clone(),
@@ -485,7 +471,7 @@ impl Recipe {
             edits.map(|edit| (placed.asked.as_str(), edit, Writes::Place))
         });
         let actors = self.actors.iter().flat_map(|actor| {
-            let edits = actor.edits.iter();
+            let edits = actor.replaces.iter();
             edits.map(|edit| (actor.asked.shown.as_str(), edit, Writes::Way))
         });
         varied.chain(placed).chain(actors)

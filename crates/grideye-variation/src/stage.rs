@@ -5,11 +5,9 @@ use crate::asked::Asked;
 use crate::chance::generator;
 use crate::error::Mistake;
 use crate::target::Edit;
-use crate::way::{Stage, Way};
+use crate::way::{Stage, Way, size_m};
+use grideye_scene::Scene;
 use grideye_scene::key::Table;
-use grideye_scene::{Files, Scene};
-use std::collections::BTreeMap;
-use std::io;
 use toml::Spanned;
 use toml::de::DeTable;
 
@@ -23,12 +21,11 @@ pub(crate) struct Actor {
     pub(crate) asked: Asked,
     pub(crate) agent: String,
     pub(crate) choices: Vec<Choice>,
-    /// The first writes the trajectory, the others remove what it replaces.
-    pub(crate) edits: Vec<Edit>,
-    file: String,
+    /// What the way replaces in the scene's text.
+    pub(crate) replaces: Vec<Edit>,
 }
 
-/// What a trajectory replaces in an agent's table.
+/// What a way replaces in an agent's table.
 const REPLACED: [&str; 7] = [
     "position_mm",
     "trajectory",
@@ -55,27 +52,14 @@ impl Actor {
             return Err(Mistake::not_addable("trajectory"));
         }
         let replaced = REPLACED.iter().filter_map(|key| table.entry(key));
-        let edits = replaced.map(|(key, value)| Edit {
-            range: key.span().start..value.span().end,
-            before: String::new(),
-            after: String::new(),
-        });
+        let replaces =
+            replaced.map(|(key, value)| Edit::in_place(key.span().start..value.span().end));
         Ok(Self {
             asked: asked.clone(),
             agent: agent.to_owned(),
             choices,
-            edits: edits.collect(),
-            // No file on a disk has this name, and no other agent this key.
-            file: format!("drawn: {}", asked.key.replace(['/', '\\'], "_")),
+            replaces: replaces.collect(),
         })
-    }
-
-    /// The edits that give it this way.
-    pub(crate) fn edited(&self, way: &Way) -> Vec<(&Edit, String)> {
-        let file = toml::Value::from(self.file.as_str());
-        let keys = format!("trajectory = {file}\nyaw_deg = {:?}", way.yaw_deg);
-        let values = std::iter::once(keys).chain(std::iter::repeat(String::new()));
-        self.edits.iter().zip(values).collect()
     }
 }
 
@@ -100,20 +84,23 @@ pub(crate) fn ways(
         .iter()
         .map(|(actor, _)| generator(seed, &format!("{} way", actor.asked.key), index))
         .collect();
+    let sizes = actors.iter().map(|(actor, _)| {
+        let mut agents = scene.agents().iter();
+        agents
+            .find(|agent| agent.name == actor.agent)
+            .and_then(size_m)
+    });
+    let sizes: Vec<Option<[f64; 2]>> = sizes.collect();
     let mut stuck = 0;
     for _ in 0..STARTS_MAX {
         let mut ways: Vec<Option<Way>> = Vec::new();
-        for (number, (actor, choice)) in actors.iter().enumerate() {
-            let agent = scene
-                .agents()
-                .iter()
-                .find(|agent| agent.name == actor.agent);
-            let Some(agent) = agent else {
+        for (number, (_, choice)) in actors.iter().enumerate() {
+            let Some(size_m) = sizes[number] else {
                 ways.push(None);
                 continue;
             };
             let found = (0..WAYS_MAX).find_map(|_| {
-                let way = stage.way(agent, &choice.acts, &mut generators[number])?;
+                let way = stage.way(size_m, &choice.acts, &mut generators[number])?;
                 let mut earlier = ways.iter().flatten();
                 let meets = earlier.any(|other| way.meets(other))
                     || walkers.iter().any(|other| way.meets_agent(other));
@@ -134,32 +121,3 @@ pub(crate) fn ways(
 
 /// How many ways were tried for who found none.
 pub(crate) const TRIES_MAX: usize = WAYS_MAX * STARTS_MAX;
-
-/// The files of a scene, and the trajectories drawn for it.
-pub(crate) struct Drawn<'a> {
-    files: &'a dyn Files,
-    ways: BTreeMap<&'a str, String>,
-}
-
-impl<'a> Drawn<'a> {
-    pub(crate) fn new(
-        files: &'a dyn Files,
-        ways: impl Iterator<Item = (&'a Actor, &'a Way)>,
-    ) -> Self {
-        Self {
-            files,
-            ways: ways
-                .map(|(actor, way)| (actor.file.as_str(), way.csv()))
-                .collect(),
-        }
-    }
-}
-
-impl Files for Drawn<'_> {
-    fn read(&self, relative: &str) -> io::Result<String> {
-        match self.ways.get(relative) {
-            Some(way) => Ok(way.clone()),
-            None => self.files.read(relative),
-        }
-    }
-}

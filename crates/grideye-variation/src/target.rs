@@ -16,7 +16,7 @@ pub(crate) struct Edit {
 
 impl Edit {
     /// Replaces the present value.
-    fn in_place(range: Range<usize>) -> Self {
+    pub(crate) fn in_place(range: Range<usize>) -> Self {
         let (before, after) = (String::new(), String::new());
         Self {
             range,

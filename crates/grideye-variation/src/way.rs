@@ -4,9 +4,8 @@ use crate::acts::{Act, Does};
 use crate::chance::{below, share};
 use glam::{DMat3, DVec2, DVec3};
 use grideye_scene::perceived::Surface;
-use grideye_scene::{Agent, Body, Cuboid, FreeSpace, Mesh, Scene};
+use grideye_scene::{Agent, Body, Cuboid, FreeSpace, Mesh, Posture, Scene, Stop};
 use rand_chacha::ChaCha12Rng;
-use std::fmt::Write as _;
 use std::time::Duration;
 
 /// Walking indoors, m/s: people in `grideye compare`'s recordings walk at a median of 0.4 to 0.6, at most at 0.9.
@@ -41,7 +40,8 @@ struct Point {
     from_s: f64,
     until_s: f64,
     at_m: DVec3,
-    posture: &'static str,
+    /// `None` while the person is away.
+    posture: Option<Posture>,
     covers_m: [DVec2; 2],
 }
 
@@ -55,20 +55,15 @@ pub(crate) struct Way {
 }
 
 impl Way {
-    /// As a trajectory's file.
-    pub(crate) fn csv(&self) -> String {
-        let mut csv = "t_s,x_mm,y_mm,z_mm,dwell_s,posture\n".to_owned();
-        for point in &self.points {
-            let [x, y, z] = (1000.0 * point.at_m).to_array();
-            let (from_s, dwell_s) = (point.from_s, point.until_s - point.from_s);
-            // Writing to a string cannot fail.
-            let _ = writeln!(
-                csv,
-                "{from_s:?},{x:.1},{y:.1},{z:.1},{dwell_s:?},{}",
-                point.posture
-            );
-        }
-        csv
+    /// As the scene has it: places to a tenth of a millimeter.
+    pub(crate) fn stops(&self) -> Vec<Stop> {
+        let stops = self.points.iter().map(|point| Stop {
+            at_mm: (10.0 * (1000.0 * point.at_m)).round() / 10.0,
+            from_s: point.from_s,
+            stays_s: point.until_s - point.from_s,
+            posture: point.posture,
+        });
+        stops.collect()
     }
 
     fn end_s(&self) -> f64 {
@@ -80,7 +75,7 @@ impl Way {
         let begun = self.points.partition_point(|point| point.from_s <= time_s);
         let from = self.points.get(begun.saturating_sub(1))?;
         let Some(to) = self.points.get(begun).filter(|_| time_s > from.until_s) else {
-            return (from.posture != AWAY).then_some(from.covers_m);
+            return from.posture.is_some().then_some(from.covers_m);
         };
         let passed = (time_s - from.until_s) / (to.from_s - from.until_s);
         Some([0, 1].map(|end| from.covers_m[end].lerp(to.covers_m[end], passed)))
@@ -118,7 +113,9 @@ impl Way {
     }
 }
 
-const AWAY: &str = "away";
+const AWAY: Option<Posture> = None;
+const STAND: Option<Posture> = Some(Posture::Stand);
+const WALK: Option<Posture> = Some(Posture::Walk);
 
 /// The room in which ways are drawn.
 pub(crate) struct Stage {
@@ -167,18 +164,17 @@ impl Stage {
     /// A way on which a person meets neither walls nor objects; `None` if some act found no place.
     pub(crate) fn way(
         &self,
-        agent: &Agent,
+        [radius_m, height_m]: [f64; 2],
         acts: &[Act],
         generator: &mut ChaCha12Rng,
     ) -> Option<Way> {
-        let height_m = agent.person.as_ref()?.height_m;
         let yaw_deg = 360.0 * share(generator);
         let mut person = Person {
             stage: self,
             way: Way {
                 points: Vec::new(),
                 yaw_deg,
-                radius_m: radius_m(agent),
+                radius_m,
             },
             generator,
             height_m,
@@ -267,11 +263,11 @@ impl Person<'_> {
                     self.arrive(self.standing(AWAY), 0.0);
                 }
                 self.is = Is::Upright;
-                self.walk("walk", Self::place)?;
+                self.walk(WALK, Self::place)?;
             }
             Does::Walk => {
                 self.rise();
-                self.walk("walk", Self::place)?;
+                self.walk(WALK, Self::place)?;
             }
             Does::Leave => {
                 self.rise();
@@ -280,7 +276,7 @@ impl Person<'_> {
             }
             Does::Stand => {
                 self.rise();
-                self.stay("stand", lasts_s);
+                self.stay(STAND, lasts_s);
             }
             Does::Sit => self.sit(lasts_s)?,
             Does::Lie => self.lie(lasts_s)?,
@@ -290,7 +286,7 @@ impl Person<'_> {
     }
 
     /// A waypoint of who stands at its feet's place.
-    fn standing(&self, posture: &'static str) -> Point {
+    fn standing(&self, posture: Option<Posture>) -> Point {
         Point {
             from_s: self.time_s,
             until_s: self.time_s,
@@ -310,13 +306,13 @@ impl Person<'_> {
         }
     }
 
-    fn stay(&mut self, posture: &'static str, lasts_s: f64) {
+    fn stay(&mut self, posture: Option<Posture>, lasts_s: f64) {
         self.arrive(self.standing(posture), lasts_s);
     }
 
-    fn walk(&mut self, posture: &'static str, place: fn(&mut Self) -> DVec2) -> Option<()> {
+    fn walk(&mut self, posture: Option<Posture>, place: fn(&mut Self) -> DVec2) -> Option<()> {
         if self.way.points.is_empty() {
-            self.stay("walk", 0.0);
+            self.stay(WALK, 0.0);
         }
         for _ in 0..PLACES_MAX {
             let to_m = place(self);
@@ -346,7 +342,7 @@ impl Person<'_> {
             Is::Fallen => self.time_s += self.between(GET_UP_S),
         }
         self.is = Is::Upright;
-        self.stay("stand", 0.0);
+        self.stay(STAND, 0.0);
     }
 
     /// The hips go back, the feet stay.
@@ -355,7 +351,7 @@ impl Person<'_> {
         Point {
             at_m: hips_m.extend(0.0),
             covers_m: [hips_m, self.feet_m],
-            ..self.standing("sit")
+            ..self.standing(Some(Posture::Sit))
         }
     }
 
@@ -401,8 +397,7 @@ impl Person<'_> {
         let lying = Point {
             at_m: middle_m.extend(SEAT * self.height_m),
             covers_m,
-            posture: "lie",
-            ..self.standing("lie")
+            ..self.standing(Some(Posture::Lie))
         };
         self.arrive(lying, lasts_s);
         self.is = Is::InBed;
@@ -413,7 +408,7 @@ impl Person<'_> {
     fn fall(&mut self, lasts_s: f64) -> Option<()> {
         self.rise();
         if self.way.points.is_empty() {
-            self.stay("stand", 0.0);
+            self.stay(STAND, 0.0);
         }
         for _ in 0..PLACES_MAX {
             let along = toward(360.0 * share(self.generator));
@@ -424,7 +419,7 @@ impl Person<'_> {
                 let lying = Point {
                     at_m: middle_m.extend(0.0),
                     covers_m,
-                    ..self.standing("lie")
+                    ..self.standing(Some(Posture::Lie))
                 };
                 self.arrive(lying, lasts_s);
                 self.is = Is::Fallen;
@@ -438,6 +433,12 @@ impl Person<'_> {
 fn toward(yaw_deg: f64) -> DVec2 {
     let (sin, cos) = libm::sincos(yaw_deg.to_radians());
     DVec2::new(cos, sin)
+}
+
+/// How far a person's body reaches from its place, and how high; `None` for another agent.
+pub(crate) fn size_m(agent: &Agent) -> Option<[f64; 2]> {
+    let person = agent.person.as_ref()?;
+    Some([radius_m(agent), person.height_m])
 }
 
 /// How far a standing body reaches from its place.

@@ -26,6 +26,7 @@ const STYLE: Style = Style {
     missing: KEYS_HINT,
     mistyped: KEYS_HINT,
     no_toml: KEYS_HINT,
+    bytes_max: (CONFIG_BYTES_MAX, "is this really agent.toml?"),
     wrong: |key, found, expected| format!("{key}: expected {expected}, found {found}"),
     names_key: false,
 };
@@ -106,9 +107,6 @@ impl Config {
     /// # Errors
     /// [`ConfigError`] for anything not fully understood.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ConfigError> {
-        if text.len() > CONFIG_BYTES_MAX {
-            return Err(ConfigError::TooLong(origin.to_owned(), text.len()));
-        }
         Ok(grideye_text::read((origin, text), &STYLE, &CONFIG, config)?)
     }
 }

@@ -235,7 +235,7 @@ pub const CONFIG_BYTES_MAX: usize = 64 * 1024;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConfigError {
-    /// Not TOML, or a key that is unknown, missing, of the wrong type or out of range: `file:line:column` counted from
+    /// Too long, not TOML, or a key that is unknown, missing, of the wrong type or out of range: `file:line:column` counted from
     /// 1, expected and found, and what to do.
     #[error(transparent)]
     Refused(#[from] Refusal),
@@ -244,9 +244,4 @@ pub enum ConfigError {
         "the configuration names collector {0}, but this agent joined {1}\nhint: remove the line `collector` from the configuration, or the file collector.toml"
     )]
     TwoCollectors(String, String),
-    /// This file has this many bytes, more than [`CONFIG_BYTES_MAX`].
-    #[error(
-        "{0}: expected at most {CONFIG_BYTES_MAX} bytes, found {1}\nhint: is this really agent.toml?"
-    )]
-    TooLong(String, usize),
 }

@@ -1,11 +1,15 @@
 //! Builds an agent from its keys and its trajectory.
 
-use crate::file::reader::{Read, Reader, meters, name};
+use crate::file::reader::{Read, Reader, meters, name, source};
 use crate::file::waypoints::{TIME, UTC, Waypoint, read_waypoints};
-use crate::file::{body, person, postures};
+use crate::file::{body, person, postures, prints};
+use crate::geometry::rotation_z_deg;
 use crate::model::limits::{TIME_MAX_S, WALK_DAYS_MAX};
-use crate::model::{Agent, Body, Keep, Person, Room, SceneError, Walls};
+use crate::model::{
+    Agent, Body, Keep, Person, Posture, Room, SEGMENTS, Scene, SceneError, Stop, Walls,
+};
 use crate::motion::{Clock, Motion, Schedule, Trajectory, lengths_m};
+use crate::radiometry::Surface;
 use crate::text::{MM_PER_M, Utc, millimeters, reach};
 use glam::{DMat3, DVec3};
 use grideye_text::Table;
@@ -36,7 +40,7 @@ pub(crate) fn agent(
         touches: touches.map(str::to_owned).collect(),
         trajectory,
     };
-    if !reader.checks_places {
+    if (reader.is_free)(&agent.name) {
         return Ok(agent);
     }
     // The agent turns only at waypoints; between them it can leave the room only through walls that jut in.
@@ -53,6 +57,51 @@ pub(crate) fn agent(
     }
     check_walls(&agent, waypoints, walls)?;
     Ok(agent)
+}
+
+impl Scene {
+    /// Sends a person on a way in place of the file's; it faces `yaw_deg` from +x until it walks. Nothing checks that the way
+    /// is free.
+    ///
+    /// # Errors
+    /// If the way leaves too many warm prints.
+    pub fn send(&mut self, name: &str, stops: &[Stop], yaw_deg: f64) -> Read<()> {
+        let surfaces = |person: &Person| self.model.surfaces(person, self.room.ambient_c);
+        let mut agents = self.agents.iter_mut();
+        if let Some(agent) = agents.find(|agent| agent.name == name) {
+            send(agent, surfaces, (stops, yaw_deg));
+        }
+        self.prints = prints::prints(&source("", "")?, self)?;
+        Ok(())
+    }
+}
+
+fn send(
+    agent: &mut Agent,
+    surfaces: impl Fn(&Person) -> [Surface; SEGMENTS],
+    (stops, yaw_deg): (&[Stop], f64),
+) {
+    let points_m = stops.iter().map(|stop| stop.at_mm / MM_PER_M);
+    let points_m: Vec<DVec3> = points_m.collect();
+    let lengths_m = lengths_m(&points_m);
+    let dwells_s: Vec<f64> = stops.iter().map(|stop| stop.stays_s).collect();
+    let stamps: Vec<f64> = stops.iter().map(|stop| stop.from_s).collect();
+    let clock = Clock::Stamps(&stamps);
+    // No leg is too fast for a motion without acceleration.
+    let schedule = Schedule::new(&lengths_m, &dwells_s, Motion::Constant, clock);
+    let (Some(person), Some(start_m), Ok(schedule)) =
+        (agent.person.as_mut(), points_m.first(), schedule)
+    else {
+        return;
+    };
+    person.posture = Posture::Walk;
+    person.facing = rotation_z_deg(yaw_deg);
+    agent.start_m = *start_m;
+    agent.keeps = Keep::all(stops);
+    agent.turns = Some(headings(&points_m, &agent.keeps, Some(person.facing)));
+    let color = agent.parts.first().and_then(|part| part.color);
+    agent.parts = Body::segments_of(person, *start_m, surfaces(person), color);
+    agent.trajectory = Some(Trajectory::scheduled(points_m, lengths_m, schedule));
 }
 
 pub(crate) fn waypoints(reader: &Reader<'_>, table: &Table<'_>) -> Read<Vec<Waypoint>> {
@@ -324,13 +373,12 @@ fn check_laid_out(agent: &Agent, keep: &Keep, point: &Waypoint, room: &Room) -> 
 }
 
 fn left(agent: &Agent, point: &Waypoint, room: &Room, reach_mm: &str) -> SceneError {
-    let (name, room_mm) = (agent.name.clone(), room.described());
+    let (name, room_mm) = (&agent.name, room.described());
     let problem = format!(
         "agent `{name}` leaves the room of {room_mm} mm: its body reaches {reach_mm} mm there"
     );
     let hint = "a position is the center of the base; move the waypoint or shrink the body";
-    let why = point.place.clone().refused(problem, hint);
-    SceneError::AgentLeavesRoom { name, why }
+    point.place.clone().refused(problem, hint).into()
 }
 
 fn check_walls(agent: &Agent, waypoints: &[Waypoint], walls: &Walls) -> Read<()> {
@@ -349,7 +397,5 @@ fn check_walls(agent: &Agent, waypoints: &[Waypoint], walls: &Walls) -> Read<()>
         millimeters(place_m)
     );
     let hint = "add waypoints that lead around the corner, or shrink the body";
-    Err(SceneError::AgentMeetsWall(
-        point.place.clone().refused(problem, hint),
-    ))
+    Err(point.place.clone().refused(problem, hint).into())
 }

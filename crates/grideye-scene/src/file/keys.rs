@@ -12,6 +12,10 @@ pub(crate) const STYLE: Style = Style {
     unknown: "correct the spelling or remove the key; scenes/README.md describes every key",
     missing: "add the key to this table; scenes/README.md describes every key",
     mistyped: "scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+    bytes_max: (
+        limits::TEXT_BYTES_MAX,
+        "check that it is a scene file or a trajectory",
+    ),
     ..Style::EMPTY
 };
 

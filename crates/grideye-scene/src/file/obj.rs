@@ -15,7 +15,7 @@ pub(crate) fn given(vertices_mm: Value<'_>, faces: Value<'_>, name: &str) -> Rea
     let corners: Vec<Vec<i64>> = faces.each().map(corners).collect();
     Mesh::new(vertices_m.collect(), &corners).map_err(|error| {
         let hint = "faces are lists of vertices, counted from 0, in the order of the outline";
-        SceneError::no_solid(faces.place(), name, error, hint)
+        no_solid(faces.place(), name, &error, hint)
     })
 }
 
@@ -72,8 +72,13 @@ fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Read<Mesh> {
     }
     Mesh::new(vertices_m, &faces).map_err(|error| {
         let hint = "faces count from 0 in this message and from 1 in the file; the line is that of the first face";
-        SceneError::no_solid(Place::of_line(file, first_face), name, error, hint)
+        no_solid(Place::of_line(file, first_face), name, &error, hint)
     })
+}
+
+fn no_solid(place: Place, name: &str, why: &str, hint: &str) -> SceneError {
+    let problem = format!("`{name}` is not a solid: {why}");
+    place.refused(problem, hint).into()
 }
 
 /// Three coordinates in the file's unit; a fourth, the weight of a rational curve, is ignored.

@@ -2,9 +2,8 @@
 
 use crate::file::reader::Read;
 use crate::file::waypoints::{Keeps, POSTURE, Waypoint};
-use crate::model::Keep;
+use crate::model::{Keep, Stop};
 use crate::text::Utc;
-use glam::DVec3;
 use grideye_text::Table;
 
 /// The posture at each waypoint; empty without that column.
@@ -31,20 +30,14 @@ pub(crate) fn keeps(
         return Err(table.missing("t_s", hint).into());
     };
     check_ways_in(waypoints, &column)?;
-    let mut from_mm = None;
-    let keeps = waypoints.iter().zip(times).zip(column);
-    let keeps = keeps.map(|((point, from_s), keeps)| {
-        let came_mm = point.position_mm - from_mm.unwrap_or(point.position_mm);
-        from_mm = Some(point.position_mm);
-        let along = came_mm.with_z(0.0).try_normalize();
-        Keep {
-            from_s,
-            until_s: from_s + point.dwell_s,
-            posture: keeps.posture(),
-            along: along.unwrap_or(DVec3::ZERO),
-        }
+    let stops = waypoints.iter().zip(times).zip(column);
+    let stops = stops.map(|((point, from_s), keeps)| Stop {
+        at_mm: point.position_mm,
+        from_s,
+        stays_s: point.dwell_s,
+        posture: keeps.posture(),
     });
-    Ok(keeps.collect())
+    Ok(Keep::all(&stops.collect::<Vec<_>>()))
 }
 
 /// Who enters is outside before and inside after; who leaves is inside before and outside after.

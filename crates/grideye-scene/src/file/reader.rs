@@ -14,8 +14,8 @@ pub(crate) type Read<T> = Result<T, SceneError>;
 pub(crate) struct Reader<'a> {
     /// Some keys apply to one model only.
     pub(crate) model: Model,
-    /// Whether agents that leave the room or run into something are reported.
-    pub(crate) checks_places: bool,
+    /// Whether an agent of this name finds its place later: it may leave the room or run into something.
+    pub(crate) is_free: &'a dyn Fn(&str) -> bool,
     pub(crate) files: &'a dyn Files,
     /// Bytes of the files that were read.
     pub(crate) named_bytes: Cell<usize>,
@@ -55,9 +55,7 @@ pub(crate) fn source<'a>(origin: &'a str, text: &'a str) -> Read<Source<'a>> {
         text,
         style,
     };
-    let hint = "check that it is a scene file or a trajectory";
-    let limit = (limits::TEXT_BYTES_MAX, 0);
-    source.check_count("bytes of text", text.len(), limit, hint)?;
+    source.check_length()?;
     Ok(source)
 }
 

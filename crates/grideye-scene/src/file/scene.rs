@@ -9,8 +9,7 @@ use crate::file::{
 };
 use crate::model::uncertain::{Uncertain, with_values};
 use crate::model::{
-    Agent, Body, Claim, FITTED_MAX, Loaded, Model, Room, Scene, SceneError, Variant, Vary, Walls,
-    Warning,
+    Agent, Body, Claim, FITTED_MAX, Loaded, Model, Room, Scene, Variant, Vary, Walls, Warning,
 };
 use crate::radiometry::{Band, Law};
 use crate::text::{Utc, millimeters, reach};
@@ -66,16 +65,21 @@ impl Scene {
     /// # Errors
     /// As [`parse`](Self::parse).
     pub fn parse_without_variants(text: &str, origin: &str, files: &dyn Files) -> Read<Loaded> {
-        parse((origin, text), (files, true), None)
+        Self::parse_unplaced(text, origin, files, &|_| false)
     }
 
-    /// As [`parse_without_variants`](Self::parse_without_variants), for a scene with agents that find their places later, by [`Self::stand`]: agents may
-    /// be anywhere.
+    /// As [`parse_without_variants`](Self::parse_without_variants); agents with names that are free find their places
+    /// later, by [`Self::stand`] or [`Self::send`], and may be anywhere.
     ///
     /// # Errors
     /// As [`parse`](Self::parse).
-    pub fn parse_anywhere(text: &str, origin: &str, files: &dyn Files) -> Read<Loaded> {
-        parse((origin, text), (files, false), None)
+    pub fn parse_unplaced(
+        text: &str,
+        origin: &str,
+        files: &dyn Files,
+        is_free: &dyn Fn(&str) -> bool,
+    ) -> Read<Loaded> {
+        parse((origin, text), files, is_free, None)
     }
 
     /// As [`parse`](Self::parse), but with the given model; `None` uses the file's.
@@ -88,7 +92,7 @@ impl Scene {
         origin: &str,
         files: &dyn Files,
     ) -> Read<Loaded> {
-        let parse = |text: &str| parse((origin, text), (files, true), model);
+        let parse = |text: &str| parse((origin, text), files, &|_| false, model);
         let mut loaded = parse(text)?;
         loaded.scene.variants = variants(&loaded, text, &parse)?;
         Ok(loaded)
@@ -144,7 +148,8 @@ fn removed<'v>(variant: &'v Loaded, loaded: &Loaded) -> Option<&'v Warning> {
 
 fn parse(
     (origin, text): (&str, &str),
-    (files, checks_places): (&dyn Files, bool),
+    files: &dyn Files,
+    is_free: &dyn Fn(&str) -> bool,
     model: Option<Model>,
 ) -> Read<Loaded> {
     let source = source(origin, text)?;
@@ -158,7 +163,7 @@ fn parse(
     };
     let reader = Reader {
         model: model.unwrap_or(of_file),
-        checks_places,
+        is_free,
         files,
         named_bytes: Cell::default(),
     };
@@ -226,9 +231,7 @@ fn read(reader: &Reader<'_>, tables: &Table<'_>) -> Read<Loaded> {
         variants: Vec::new(),
     };
     scene.prints = prints::prints(tables.source, &scene)?;
-    if reader.checks_places {
-        warnings.extend(contacts(tables, &agent_tables, &scene)?);
-    }
+    warnings.extend(contacts(reader, tables, &agent_tables, &scene)?);
     scene.uncertain = uncertain::uncertain(tables)?;
     for one in &mut scene.uncertain {
         let mut latest = scene.calibrated.iter().rev();
@@ -295,13 +298,20 @@ fn agents(
     Ok((agents.collect::<Read<_>>()?, starts_utc))
 }
 
-fn contacts(tables: &Table<'_>, agents: &[Table<'_>], scene: &Scene) -> Read<Vec<Warning>> {
+fn contacts(
+    reader: &Reader<'_>,
+    tables: &Table<'_>,
+    agents: &[Table<'_>],
+    scene: &Scene,
+) -> Read<Vec<Warning>> {
     let collisions = tables.text("collisions");
-    if collisions == Some("ignore") {
+    let is_free = |name: &String| (reader.is_free)(name);
+    if collisions == Some("ignore") || scene.agents.iter().all(|agent| is_free(&agent.name)) {
         return Ok(Vec::new());
     }
     let mut warnings = Vec::new();
-    for contact in scene.contacts() {
+    let contacts = scene.contacts().into_iter();
+    for contact in contacts.filter(|contact| !contact.names.iter().any(is_free)) {
         let start = agents.get(contact.agent).map_or(0, name_at);
         let (seconds, place_mm) = (contact.time.as_secs_f64(), millimeters(contact.place_m));
         let seconds = (seconds * 1000.0).round() / 1000.0;
@@ -313,7 +323,7 @@ fn contacts(tables: &Table<'_>, agents: &[Table<'_>], scene: &Scene) -> Read<Vec
         );
         let why = tables.source.place(start).refused(problem, &hint);
         if collisions == Some("error") {
-            return Err(SceneError::Collision(why));
+            return Err(why.into());
         }
         warnings.push(Warning::Collision { names, why });
     }

@@ -3,7 +3,7 @@
 use crate::file::reader::{Read, Reader, meters, name};
 use crate::geometry::{Pose, count};
 use crate::model::{Model, Optics, Room, SceneError, Sensor, limits};
-use crate::profile::{Profile, ProfileError};
+use crate::profile::Profile;
 use crate::text::{MM_PER_M, millimeters};
 use glam::{DVec2, USizeVec2};
 use grideye_frame::{COLUMNS, ROWS};
@@ -93,13 +93,11 @@ fn profile(reader: &Reader<'_>, table: &Table<'_>, is_small: bool) -> Read<Optio
         return Err(path.refused_with(expected, hint).into());
     }
     let text = reader.read_below("profile", path)?;
-    let refused = |error: ProfileError| SceneError::Profile {
+    let profile = Profile::parse(&text, path.text().unwrap_or_default());
+    profile.map(Some).map_err(|source| SceneError::Profile {
         place: path.place(),
-        source: Box::new(error),
-    };
-    Profile::parse(&text, path.text().unwrap_or_default())
-        .map(Some)
-        .map_err(refused)
+        source,
+    })
 }
 
 /// Noise of one pixel in one frame, °C: `0.05 √hz`, which matches the specification's 0.05 °C at 1 Hz and 0.16 °C at 10

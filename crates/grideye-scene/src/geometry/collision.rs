@@ -3,7 +3,7 @@
 //! A step never skips a contact, but is at least [`STEP_M`] long, so a shorter contact may be missed. Non-convex bodies
 //! are tested face by face.
 
-use crate::geometry::distance::{Gap, gap};
+use crate::geometry::distance::{Gap, gap, meet};
 use crate::geometry::mesh::{Enclosure, Mesh};
 use crate::geometry::polygon::normal;
 use glam::DVec3;
@@ -90,10 +90,10 @@ impl Shape {
 
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         self.pieces.iter().any(|one| {
-            other.pieces.iter().any(|other| {
-                let gap = || gap(&one.points, DVec3::ZERO, &other.points);
-                one.bounds.meets(&other.bounds) && gap().distance_m <= 0.0
-            })
+            other
+                .pieces
+                .iter()
+                .any(|other| one.bounds.meets(&other.bounds) && meet(&one.points, &other.points))
         })
     }
 }

@@ -20,6 +20,19 @@ struct Corner {
 
 /// The gap between the hull of `one`, moved by `offset_m`, and the hull of `other`.
 pub(crate) fn gap(one: &[DVec3], offset_m: DVec3, other: &[DVec3]) -> Gap {
+    nearest((one, offset_m, other), PRECISION).gap()
+}
+
+/// Whether two hulls meet: a plane between them is found sooner than their distance.
+pub(crate) fn meet(one: &[DVec3], other: &[DVec3]) -> bool {
+    nearest((one, DVec3::ZERO, other), 1.0 - APART)
+        .gap()
+        .distance_m
+        <= 0.0
+}
+
+/// The nearest points, to this share of the squared distance.
+fn nearest((one, offset_m, other): (&[DVec3], DVec3, &[DVec3]), precision: f64) -> Nearest {
     let corner = |direction: DVec3| {
         let one = farthest(one, direction) + offset_m;
         let other = farthest(other, -direction);
@@ -39,7 +52,7 @@ pub(crate) fn gap(one: &[DVec3], offset_m: DVec3, other: &[DVec3]) -> Gap {
         }
         let next = corner(-to_origin);
         // No point of the difference is nearer to the origin than the plane through `next`.
-        if distance_m2 - to_origin.dot(next.difference) <= PRECISION * distance_m2 {
+        if distance_m2 - to_origin.dot(next.difference) <= precision * distance_m2 {
             break;
         }
         simplex.push(next);
@@ -48,64 +61,68 @@ pub(crate) fn gap(one: &[DVec3], offset_m: DVec3, other: &[DVec3]) -> Gap {
             // Only rounding remains to be gained.
             break;
         }
-        simplex = closer.kept.clone();
+        simplex.clear();
+        simplex.extend(closer.kept());
         nearest = closer;
     }
-    nearest.gap()
+    nearest
 }
 
 const ROUNDS_MAX: usize = 64;
 const MEETING_M: f64 = 1e-9;
 const PRECISION: f64 = 1e-9;
+/// A plane that keeps this share of the distance to both hulls is between them, whatever rounding does.
+const APART: f64 = 1e-6;
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 struct Nearest {
     point: DVec3,
-    /// The corners around the point, and the weight of each.
-    kept: Vec<Corner>,
-    shares: Vec<f64>,
+    /// The corners around the point, and the weight of each; the first so many.
+    corners: [Corner; 4],
+    shares: [f64; 4],
+    count: usize,
 }
 
 impl Nearest {
     fn of(simplex: &[Corner]) -> Self {
         let mut nearest = Self {
             point: DVec3::INFINITY,
-            kept: Vec::new(),
-            shares: Vec::new(),
+            corners: [simplex[0]; 4],
+            shares: [0.0; 4],
+            count: 0,
         };
         for chosen in 1..1_u32 << simplex.len() {
-            let part: Vec<Corner> = simplex
-                .iter()
-                .enumerate()
-                .filter(|(index, _)| chosen >> index & 1 == 1)
-                .map(|(_, corner)| *corner)
-                .collect();
-            let Some(shares) = shares(&part) else {
+            let mut part = Self {
+                count: 0,
+                ..nearest
+            };
+            let corners = simplex.iter().enumerate();
+            for (_, corner) in corners.filter(|(index, _)| chosen >> index & 1 == 1) {
+                part.corners[part.count] = *corner;
+                part.count += 1;
+            }
+            let Some(shares) = shares(part.kept()) else {
                 continue;
             };
-            let point = part
-                .iter()
-                .zip(&shares)
-                .map(|(corner, share)| corner.difference * *share)
-                .sum::<DVec3>();
-            if point.length_squared() < nearest.point.length_squared() {
-                nearest = Self {
-                    point,
-                    kept: part,
-                    shares,
-                };
+            part.shares = shares;
+            part.point = part.mix(|corner| corner.difference);
+            if part.point.length_squared() < nearest.point.length_squared() {
+                nearest = part;
             }
         }
         nearest
     }
 
+    fn kept(&self) -> &[Corner] {
+        &self.corners[..self.count]
+    }
+
+    fn mix(&self, point: fn(&Corner) -> DVec3) -> DVec3 {
+        let shared = self.kept().iter().zip(&self.shares);
+        shared.map(|(corner, share)| point(corner) * *share).sum()
+    }
+
     fn gap(&self) -> Gap {
-        let mix = |point: fn(&Corner) -> DVec3| {
-            let shared = self.kept.iter().zip(&self.shares);
-            shared
-                .map(|(corner, share)| point(corner) * *share)
-                .sum::<DVec3>()
-        };
         let distance_m = self.point.length();
         Gap {
             distance_m: if distance_m > MEETING_M {
@@ -113,39 +130,40 @@ impl Nearest {
             } else {
                 0.0
             },
-            middle_m: 0.5 * (mix(|corner| corner.one) + mix(|corner| corner.other)),
+            middle_m: 0.5 * (self.mix(|corner| corner.one) + self.mix(|corner| corner.other)),
         }
     }
 }
 
 /// The corners' weights in the point of their hull's plane nearest to the origin; `None` if it lies outside the hull.
-fn shares(part: &[Corner]) -> Option<Vec<f64>> {
+fn shares(part: &[Corner]) -> Option<[f64; 4]> {
     let (first, rest) = part.split_first()?;
     let anchor = first.difference;
     let along = |index: usize| rest[index].difference - anchor;
-    let rest_shares = match rest.len() {
-        0 => Vec::new(),
+    let rest_shares: [f64; 3] = match rest.len() {
+        0 => [0.0; 3],
         1 => {
             let line = along(0);
-            vec![-anchor.dot(line) / line.length_squared()]
+            [-anchor.dot(line) / line.length_squared(), 0.0, 0.0]
         }
         2 => {
             let (one, other) = (along(0), along(1));
             let (one2, both, other2) = (one.dot(one), one.dot(other), other.dot(other));
             let determinant = one2 * other2 - both * both;
             let (to_one, to_other) = (-anchor.dot(one), -anchor.dot(other));
-            vec![
+            [
                 (to_one * other2 - to_other * both) / determinant,
                 (to_other * one2 - to_one * both) / determinant,
+                0.0,
             ]
         }
         _ => {
             let space = DMat3::from_cols(along(0), along(1), along(2));
-            (space.inverse() * -anchor).to_array().to_vec()
+            (space.inverse() * -anchor).to_array()
         }
     };
-    let mut shares = vec![1.0 - rest_shares.iter().sum::<f64>()];
-    shares.extend(rest_shares);
+    let [one, two, three] = rest_shares;
+    let shares = [1.0 - (one + two + three), one, two, three];
     // NaN, from corners on one line or plane, counts as outside.
     shares.iter().all(|share| *share >= 0.0).then_some(shares)
 }

@@ -38,49 +38,6 @@ pub(crate) enum Enclosure {
     Convex,
 }
 
-/// Why vertices and faces form no surface.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum MeshError {
-    /// A face has fewer than three corners.
-    #[error("face {face} has {corners} corners, expected at least 3")]
-    TooFewCorners {
-        /// The face, from 0.
-        face: usize,
-        /// Its number of corners.
-        corners: usize,
-    },
-    /// A corner is not a vertex.
-    #[error("face {face} names vertex {corner}, expected 0 to {last}")]
-    UnknownVertex {
-        /// The face, from 0.
-        face: usize,
-        /// The vertex it names.
-        corner: i64,
-        /// The last vertex.
-        last: i64,
-    },
-    /// All corners of a face lie on one line.
-    #[error("face {face} has no area")]
-    NoArea {
-        /// The face, from 0.
-        face: usize,
-    },
-    /// Faces that are not convex have more corners than are cut into triangles.
-    #[error(
-        "face {face} is not convex and has {corners} corners: the squares of such faces' corners are more than {CUTTING_STEPS_MAX} together, cut them into triangles"
-    )]
-    TooManyCorners {
-        /// The face, from 0.
-        face: usize,
-        /// Its number of corners.
-        corners: usize,
-    },
-    /// There are no faces.
-    #[error("no faces")]
-    Empty,
-}
-
 /// Rings of a round body; each has twice as many faces.
 const RINGS: usize = 16;
 
@@ -147,43 +104,38 @@ impl Mesh {
     /// dented faces are cut.
     ///
     /// # Errors
-    /// [`MeshError`].
-    pub fn new(vertices_m: Vec<DVec3>, faces: &[Vec<i64>]) -> Result<Self, MeshError> {
-        let last = i64::try_from(vertices_m.len()).unwrap_or(i64::MAX) - 1;
+    /// Why they form no surface.
+    pub fn new(vertices_m: Vec<DVec3>, faces: &[Vec<i64>]) -> Result<Self, String> {
         let mut mesh = Self::without_faces(vertices_m, Enclosure::Open);
         let mut steps = CUTTING_STEPS_MAX;
         for (face, corners) in faces.iter().enumerate() {
-            if corners.len() < 3 {
-                return Err(MeshError::TooFewCorners {
-                    face,
-                    corners: corners.len(),
-                });
+            let (number, vertices) = (corners.len(), mesh.vertices_m.len());
+            if number < 3 {
+                return Err(format!(
+                    "face {face} has {number} corners, expected at least 3"
+                ));
             }
             let known = |corner: &i64| {
-                usize::try_from(*corner)
-                    .ok()
-                    .filter(|index| *index < mesh.vertices_m.len())
-                    .ok_or(MeshError::UnknownVertex {
-                        face,
-                        corner: *corner,
-                        last,
-                    })
+                let index = usize::try_from(*corner).ok();
+                index.filter(|index| *index < vertices).ok_or_else(|| {
+                    let last = count::float(vertices) - 1.0;
+                    format!("face {face} names vertex {corner}, expected 0 to {last}")
+                })
             };
             let corners = corners.iter().map(known).collect::<Result<Vec<_>, _>>()?;
             let pieces = convex_pieces(&mesh.vertices_m, &corners, &mut steps);
-            let pieces = pieces.ok_or(MeshError::TooManyCorners {
-                face,
-                corners: corners.len(),
-            })?;
+            let pieces = pieces.ok_or_else(|| format!(
+                "face {face} is not convex and has {number} corners: the squares of such faces' corners are more than {CUTTING_STEPS_MAX} together, cut them into triangles"
+            ))?;
             if pieces.is_empty() {
-                return Err(MeshError::NoArea { face });
+                return Err(format!("face {face} has no area"));
             }
             for piece in pieces {
                 mesh.push(&piece, face);
             }
         }
         if mesh.given().is_empty() {
-            return Err(MeshError::Empty);
+            return Err("no faces".to_owned());
         }
         mesh.close();
         Ok(mesh)
@@ -523,26 +475,19 @@ mod tests {
     fn malformed_surfaces_are_refused() {
         let (vertices, _) = cube();
         let refused = |faces: &[Vec<i64>]| Mesh::new(vertices.clone(), faces).unwrap_err();
-        assert_eq!(refused(&[]), MeshError::Empty);
+        assert_eq!(refused(&[]), "no faces");
         assert_eq!(
             refused(&[vec![0, 1]]),
-            MeshError::TooFewCorners {
-                face: 0,
-                corners: 2
-            }
+            "face 0 has 2 corners, expected at least 3"
         );
         assert_eq!(
             refused(&[vec![0, 1, 3], vec![0, 1, -1]]),
-            MeshError::UnknownVertex {
-                face: 1,
-                corner: -1,
-                last: 7
-            }
+            "face 1 names vertex -1, expected 0 to 7"
         );
         assert_eq!(
-            refused(&[vec![0, 1, 8]]).to_string(),
+            refused(&[vec![0, 1, 8]]),
             "face 0 names vertex 8, expected 0 to 7"
         );
-        assert_eq!(refused(&[vec![0, 1, 0]]), MeshError::NoArea { face: 0 });
+        assert_eq!(refused(&[vec![0, 1, 0]]), "face 0 has no area");
     }
 }

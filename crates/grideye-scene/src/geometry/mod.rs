@@ -15,7 +15,7 @@ pub(crate) use collision::{Bounds, Meeting, Piece, Shape, Span, TOLERANCE_M, fir
 pub(crate) use count::range;
 pub use cuboid::Cuboid;
 pub(crate) use ellipsoid::{Contour, Ellipsoid};
+pub use mesh::Mesh;
 pub(crate) use mesh::{Enclosure, winding};
-pub use mesh::{Mesh, MeshError};
 pub(crate) use polygon::{area_m2, area_vector, clipped, hull, normal};
 pub use pose::Pose;

@@ -55,6 +55,19 @@ impl Doing {
     }
 }
 
+/// A place on a person's way, and what the person does there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// The place, millimeters.
+    pub at_mm: DVec3,
+    /// When the person arrives, seconds.
+    pub from_s: f64,
+    /// For how long it stays, seconds.
+    pub stays_s: f64,
+    /// Its posture there; `None` while it is away.
+    pub posture: Option<Posture>,
+}
+
 /// The posture at a waypoint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Keep {
@@ -64,6 +77,23 @@ pub(crate) struct Keep {
     pub(crate) posture: Option<Posture>,
     /// Where the leg to this waypoint leads: level, of length 1; zero if nowhere.
     pub(crate) along: DVec3,
+}
+
+impl Keep {
+    pub(crate) fn all(stops: &[Stop]) -> Vec<Self> {
+        let mut from_mm = stops.first().map_or(DVec3::ZERO, |stop| stop.at_mm);
+        let keeps = stops.iter().map(|stop| {
+            let came_mm = stop.at_mm - std::mem::replace(&mut from_mm, stop.at_mm);
+            let along = came_mm.with_z(0.0).try_normalize();
+            Self {
+                from_s: stop.from_s,
+                until_s: stop.from_s + stop.stays_s,
+                posture: stop.posture,
+                along: along.unwrap_or(DVec3::ZERO),
+            }
+        });
+        keeps.collect()
+    }
 }
 
 /// Two postures that follow one another, and how much of the time between has passed.

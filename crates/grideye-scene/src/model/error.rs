@@ -1,7 +1,5 @@
 //! Errors and warnings about a scene.
 
-use crate::geometry::MeshError;
-use crate::profile::ProfileError;
 use grideye_text::{Place, Refusal};
 use std::io;
 
@@ -9,23 +7,9 @@ use std::io;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// A value in a file is not allowed.
+    /// A value in a file is not allowed, or an agent cannot be where it leads.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// An agent leaves the room somewhere on its path.
-    #[error("{why}")]
-    AgentLeavesRoom {
-        /// The agent.
-        name: String,
-        /// The row of the trajectory, or the position in the scene file.
-        why: Refusal,
-    },
-    /// An agent's path crosses a wall that juts into the room.
-    #[error("{0}")]
-    AgentMeetsWall(Refusal),
-    /// An agent collides with something, and the scene does not allow it.
-    #[error("{0}")]
-    Collision(Refusal),
     /// A file named by the scene cannot be read.
     #[error("{why}")]
     FileUnreadable {
@@ -34,21 +18,13 @@ pub enum SceneError {
         /// The reason.
         source: io::Error,
     },
-    /// Vertices and faces form no surface.
-    #[error("{why}")]
-    NoSolid {
-        /// The key, or the OBJ file's line.
-        why: Refusal,
-        /// What is wrong with them.
-        source: MeshError,
-    },
     /// A sensor's profile is invalid.
     #[error("{place}: the sensor's profile was refused: {source}")]
     Profile {
         /// The key that names it.
         place: Place,
         /// What is wrong with it, and where.
-        source: Box<ProfileError>,
+        source: Refusal,
     },
     /// The scene has no such sensor.
     #[error("no sensor `{name}` in this scene\nhint: {}", known_names(known))]
@@ -65,20 +41,10 @@ impl SceneError {
     #[must_use]
     pub const fn place(&self) -> Option<&Place> {
         match self {
-            Self::Refused(why)
-            | Self::AgentMeetsWall(why)
-            | Self::Collision(why)
-            | Self::AgentLeavesRoom { why, .. }
-            | Self::FileUnreadable { why, .. }
-            | Self::NoSolid { why, .. } => Some(&why.place),
+            Self::Refused(why) | Self::FileUnreadable { why, .. } => Some(&why.place),
             Self::Profile { place, .. } => Some(place),
             Self::UnknownSensor { .. } => None,
         }
-    }
-
-    pub(crate) fn no_solid(place: Place, name: &str, source: MeshError, hint: &str) -> Self {
-        let why = place.refused(format!("`{name}` is not a solid: {source}"), hint);
-        Self::NoSolid { why, source }
     }
 }
 

@@ -146,6 +146,10 @@ impl Physical {
         }
         let mut buffers = LineBuffers::default();
         for band in 0..bands {
+            if self.reaching[band].is_empty() {
+                self.lines.push(Line::default());
+                continue;
+            }
             buffers.weights.begin(self.ends(band), &self.eye);
             self.draw_still(
                 band,

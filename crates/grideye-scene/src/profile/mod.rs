@@ -12,7 +12,7 @@
 //! let profile = Profile::parse("[noise]\nsigma_c = 0.3\n[thermistor]\noffset_c = 4.5\n", "mine.toml")?;
 //! let room = Frame::uniform(Celsius::new(21.0));
 //! assert_eq!(profile.apply(7, 0, Duration::ZERO, room).thermistor.get(), 25.5);
-//! # Ok::<(), grideye_scene::profile::ProfileError>(())
+//! # Ok::<(), grideye_scene::Refusal>(())
 //! ```
 
 mod read;
@@ -22,5 +22,5 @@ mod unit;
 pub use read::PROFILE;
 pub use types::{
     BUILT_IN, CYCLE_TICKS, ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX,
-    Profile, ProfileError, TEXT_BYTES_MAX, Thermistor, WarmUp,
+    Profile, TEXT_BYTES_MAX, Thermistor, WarmUp,
 };

@@ -1,17 +1,19 @@
 //! Reads a profile by the rows of its keys, and writes it as text.
 
 use super::types::{
-    ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX, Profile, ProfileError,
+    ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX, Profile,
     TEXT_BYTES_MAX, Thermistor, WarmUp,
 };
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 use grideye_text::Number::{Whole, Within};
 use grideye_text::{Kind, Number, Refusal, Row, Rows, Style, Table, rows};
+use std::sync::{Mutex, PoisonError};
 
 const STYLE: Style = Style {
     unknown: "correct the spelling or remove the key; scenes/profiles/README.md describes every key",
     missing: "add the key to this table; scenes/profiles/README.md describes every key",
     mistyped: "scenes/profiles/README.md gives each key's type",
+    bytes_max: (TEXT_BYTES_MAX, "check that it is a sensor profile"),
     ..Style::EMPTY
 };
 
@@ -109,14 +111,21 @@ fn datasheet_sigma_c() -> [f64; PIXELS] {
     })
 }
 
-pub(crate) fn profile(text: &str, origin: &str) -> Result<Profile, ProfileError> {
-    if text.len() > TEXT_BYTES_MAX {
-        return Err(ProfileError::TooLong {
-            file: origin.to_owned(),
-            found: text.len(),
-            limit: TEXT_BYTES_MAX,
-        });
+pub(crate) fn profile(text: &str, origin: &str) -> Result<Profile, Refusal> {
+    /// The last one read: the scenes of a data set have the same one, frame after frame.
+    static LAST: Mutex<Option<(String, Profile)>> = Mutex::new(None);
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*last {
+        Some((known, profile)) if known == text => Ok(profile.clone()),
+        _ => {
+            let profile = parsed(text, origin)?;
+            *last = Some((text.to_owned(), profile.clone()));
+            Ok(profile)
+        }
     }
+}
+
+fn parsed(text: &str, origin: &str) -> Result<Profile, Refusal> {
     grideye_text::read((origin, text), &STYLE, &PROFILE, |table| {
         for [amount, time] in [
             ["common_mode.sd_c", "common_mode.correlation_s"],

@@ -1,7 +1,6 @@
 //! The contents of a profile: how one unit differs from a perfect sensor.
 
 use grideye_frame::PIXELS;
-use grideye_text::Refusal;
 
 /// The profiles in this library, by name: TOML texts of `scenes/profiles`.
 pub const BUILT_IN: [(&str, &str); 3] = [
@@ -136,25 +135,4 @@ impl Default for Profile {
             clock: ClockError::default(),
         }
     }
-}
-
-/// Why a profile was refused.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ProfileError {
-    /// A value is not allowed.
-    #[error(transparent)]
-    Refused(#[from] Refusal),
-    /// The text is too long for a profile.
-    #[error(
-        "{file}: {found} bytes of text, expected at most {limit}\nhint: check that it is a sensor profile"
-    )]
-    TooLong {
-        /// The file, as named by the caller.
-        file: String,
-        /// Bytes found.
-        found: usize,
-        /// The limit, [`TEXT_BYTES_MAX`].
-        limit: usize,
-    },
 }

@@ -2,11 +2,10 @@
 
 use crate::geometry::count::float;
 use crate::profile::read;
-use crate::profile::types::{
-    CYCLE_TICKS, CommonMode, FixedPattern, Profile, ProfileError, Thermistor,
-};
+use crate::profile::types::{CYCLE_TICKS, CommonMode, FixedPattern, Profile, Thermistor};
 use crate::radiometry::ABSOLUTE_ZERO_C;
 use grideye_frame::{Celsius, Frame, PIXELS};
+use grideye_text::Refusal;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -16,8 +15,8 @@ impl Profile {
     /// Parses a profile; messages name the file `origin`.
     ///
     /// # Errors
-    /// [`ProfileError`] with the place, the key, what was expected, and what to do.
-    pub fn parse(text: &str, origin: &str) -> Result<Self, ProfileError> {
+    /// The first mistake, with its place, the key, what was expected, and what to do.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, Refusal> {
         read::profile(text, origin)
     }
 

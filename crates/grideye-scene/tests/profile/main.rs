@@ -12,9 +12,7 @@ mod file;
 mod measured;
 
 use grideye_frame::{Celsius, Frame, PIXELS};
-use grideye_scene::profile::{
-    BUILT_IN, CYCLE_TICKS, NAME_CHARACTERS_MAX, Profile, ProfileError, TEXT_BYTES_MAX,
-};
+use grideye_scene::profile::{BUILT_IN, CYCLE_TICKS, NAME_CHARACTERS_MAX, Profile, TEXT_BYTES_MAX};
 use std::time::Duration;
 
 fn parse(text: &str) -> Profile {

@@ -279,10 +279,6 @@ fn a_contact_is_a_warning_an_error_or_nothing() {
     );
     let refused = load("collisions = \"error\"\n", &tables).unwrap_err();
     assert!(
-        matches!(&refused, SceneError::Collision { .. }),
-        "{refused}"
-    );
-    assert!(
         refused
             .to_string()
             .starts_with(&said.replace(":11:", ":12:"))

@@ -80,6 +80,6 @@ fn an_oversized_file_is_rejected() {
     let error = ThresholdSet::parse(&text, "film.mp4")
         .unwrap_err()
         .to_string();
-    assert!(error.starts_with("film.mp4: 65537 bytes of text, expected at most 65536\nhint: "));
+    assert!(error.starts_with("film.mp4:1:1: 65537 bytes of text, expected at most 65536\nhint: "));
     assert!(ThresholdSet::parse(&text[1..], "x").is_ok());
 }
