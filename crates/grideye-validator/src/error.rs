@@ -1,25 +1,8 @@
 //! Why frames could not be compared.
 
 use crate::frames::timeline::Apart;
-use std::fmt;
-use std::time::Duration;
-
-/// The side of a comparison that an error was found on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names say it")]
-pub enum Side {
-    Real,
-    Simulated,
-}
-
-impl fmt::Display for Side {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(match self {
-            Self::Real => "real",
-            Self::Simulated => "simulated",
-        })
-    }
-}
+use grideye_frame::{COLUMNS, ROWS};
+use grideye_scene::Sensor;
 
 /// Why frames could not be compared. A comparison without a result is [`CannotTell`](crate::Verdict::CannotTell)
 /// instead.
@@ -27,22 +10,8 @@ impl fmt::Display for Side {
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum ValidatorError {
-    #[error(
-        "no {side} frame to compare\nhint: check that the recording has frames of this sensor and not only gaps"
-    )]
-    NoFrames { side: Side },
     #[error("{0}")]
     Refused(String),
-    #[error("setting `{name}` is {found}, expected {expected}")]
-    Setting {
-        name: &'static str,
-        expected: &'static str,
-        found: f64,
-    },
-    #[error(
-        "the recording begins {starts:?} into the scene, which ends after {ends:?}\nhint: give an earlier start"
-    )]
-    NoOverlap { starts: Duration, ends: Duration },
     #[error("stopped before there was a result")]
     Stopped,
     #[error(transparent)]
@@ -51,18 +20,35 @@ pub enum ValidatorError {
     Scene(#[from] grideye_scene::SceneError),
 }
 
-pub(crate) const fn check_setting(
+impl ValidatorError {
+    pub(crate) fn no_frames(side: &str) -> Self {
+        Self::Refused(format!(
+            "no {side} frame to compare\nhint: check that the recording has frames of this sensor and not only gaps"
+        ))
+    }
+}
+
+pub(crate) fn check_setting(
     is_met: bool,
-    name: &'static str,
-    expected: &'static str,
+    name: &str,
+    expected: &str,
     found: f64,
 ) -> Result<(), ValidatorError> {
-    if is_met {
+    match is_met {
+        true => Ok(()),
+        false => Err(ValidatorError::Refused(format!(
+            "setting `{name}` is {found}, expected {expected}"
+        ))),
+    }
+}
+
+/// Checks that a sensor's frames can be compared with a recording.
+pub(crate) fn check_resolution(sensor: &Sensor) -> Result<(), ValidatorError> {
+    if (sensor.columns, sensor.rows) == (COLUMNS, ROWS) {
         return Ok(());
     }
-    Err(ValidatorError::Setting {
-        name,
-        expected,
-        found,
-    })
+    Err(ValidatorError::Refused(format!(
+        "sensor `{}` of the scene has {} x {} pixels, the recording has 8 x 8\nhint: compare with an 8 x 8 sensor of the scene",
+        sensor.name, sensor.columns, sensor.rows
+    )))
 }

@@ -64,7 +64,7 @@ pub use compare::{
     SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings, compare,
 };
 pub use decision::{Alternatively, Contrast, Decision, Finding, OFFSETS_M};
-pub use error::{Side, ValidatorError};
+pub use error::ValidatorError;
 pub use frames::{
     Apart, Joined, LeftOut, LeftOutCount, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame,
     RoomSource, SimulatedFrame, Thinned, Thinning, Timeline, sensor_step_c,

@@ -5,11 +5,10 @@ use crate::calibrate::frames::Frames;
 use crate::calibrate::model::{Model, check_bounds, noise_key, unknowns};
 use crate::calibrate::noise::Parts;
 use crate::calibrate::search::{FineSearch, from_several_starts, steps_in_frames};
-use crate::calibrate::types::{
-    CalibrateError, Calibration, Determined, Estimate, Law, Options, Pace, Progress,
-};
+use crate::calibrate::types::{Calibration, Determined, Estimate, Law, Options, Pace, Progress};
 use crate::calibrate::uncertainty::{UNIFORM_SD, Uncertainty, student_97_5};
 use crate::constants::{CORRELATION_TOLD, PART_MIN, WIDENED_TOLD};
+use crate::error::{ValidatorError, check_resolution};
 use crate::frames::fitted::calibrated;
 use crate::frames::timeline::{Joined, Timeline};
 use crate::frames::types::STEP_VARIANCE;
@@ -367,7 +366,7 @@ impl Calibration {
 /// `tell` receives the progress after each step of the search.
 ///
 /// # Errors
-/// [`CalibrateError`].
+/// [`ValidatorError`].
 pub fn calibrate(
     records: &[Record],
     (text, origin): (&str, &str),
@@ -375,15 +374,15 @@ pub fn calibrate(
     sensor: &str,
     options: &Options,
     tell: &mut dyn FnMut(Progress),
-) -> Result<Calibration, CalibrateError> {
+) -> Result<Calibration, ValidatorError> {
     let loaded = Scene::parse_without_variants(text, origin, files)?;
     let unknowns = unknowns(&loaded.scene);
     if unknowns.is_empty() {
-        return Err(CalibrateError::Refused(format!(
+        return Err(ValidatorError::Refused(format!(
             "{origin} marks no number to find\nhint: add an [[uncertain]] table, key = \"room.ambient_c\" and bounds = [15, 30] for example; those of keys without a number are for `grideye compare`; scenes/README.md describes them"
         )));
     }
-    check_resolution(&loaded.scene, sensor)?;
+    check_resolution(loaded.scene.sensor(sensor)?)?;
     check_bounds((text, origin), &unknowns, files)?;
     let begins = unknowns.iter().find(|one| one.key == RECORDING_START);
     let [earliest_s, latest_s] = begins.map_or([0.0, 0.0], |one| one.bounds);
@@ -411,15 +410,4 @@ pub fn calibrate(
     Ok(gathered(
         asked, &unknowns, &model, &frames, &fine, &before, starts,
     ))
-}
-
-fn check_resolution(scene: &Scene, sensor: &str) -> Result<(), CalibrateError> {
-    let sensor = scene.sensor(sensor)?;
-    if sensor.columns * sensor.rows == PIXELS && sensor.columns == sensor.rows {
-        return Ok(());
-    }
-    Err(CalibrateError::Refused(format!(
-        "sensor `{}` has {} x {} pixels, and recordings have 8 x 8\nhint: choose another sensor of the scene",
-        sensor.name, sensor.columns, sensor.rows
-    )))
 }

@@ -1,8 +1,7 @@
 //! The frames that a calibration uses.
 
-use crate::calibrate::types::{
-    CalibrateError, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Half, Options,
-};
+use crate::calibrate::types::{FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Half, Options};
+use crate::error::ValidatorError;
 use crate::frames::cleaning::{Read, clean};
 use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
@@ -31,10 +30,10 @@ impl Frames {
         timeline: &Timeline,
         within: Option<&RangeInclusive<Duration>>,
         options: &Options,
-    ) -> Result<Self, CalibrateError> {
+    ) -> Result<Self, ValidatorError> {
         let wanted = options.frames.unwrap_or(FRAMES_DEFAULT);
         if !(FRAMES_MIN..=FRAMES_MAX).contains(&wanted) {
-            return Err(CalibrateError::Refused(format!(
+            return Err(ValidatorError::Refused(format!(
                 "{wanted} frames requested, expected {FRAMES_MIN} to {FRAMES_MAX}\nhint: a few hundred frames are enough"
             )));
         }
@@ -57,7 +56,7 @@ impl Frames {
             frames.retain(|(time, _)| (*time <= middle) == (half == Half::First));
         }
         if frames.len() < FRAMES_MIN {
-            return Err(CalibrateError::Refused(format!(
+            return Err(ValidatorError::Refused(format!(
                 "{} frames of the recording lie in the time of the scene, expected at least {FRAMES_MIN}\nhint: record longer, or set recording.start_s to when the recording begins",
                 frames.len()
             )));
@@ -112,14 +111,14 @@ impl Frames {
     }
 }
 
-fn check_order(records: &[Record]) -> Result<(), CalibrateError> {
+fn check_order(records: &[Record]) -> Result<(), ValidatorError> {
     let read = records
         .iter()
         .filter(|record| record.reading.frame().is_some());
     let read: Vec<&Record> = read.collect();
     let is_back = |pair: &&[&Record]| pair[1].stamp.t_boot_ns < pair[0].stamp.t_boot_ns;
     match read.windows(2).find(is_back) {
-        Some(pair) => Err(CalibrateError::Refused(format!(
+        Some(pair) => Err(ValidatorError::Refused(format!(
             "the recording's clock runs backwards at frame {}\nhint: keep the rows before or after it",
             pair[1].seq
         ))),

@@ -31,6 +31,6 @@ mod uncertainty;
 
 pub use calibration::calibrate;
 pub use types::{
-    CalibrateError, Calibration, Determined, Estimate, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN,
-    Half, Law, Options, Progress, STARTS_MAX,
+    Calibration, Determined, Estimate, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Half, Law, Options,
+    Progress, STARTS_MAX,
 };

@@ -3,7 +3,8 @@
 use crate::calibrate::frames::Frames;
 use crate::calibrate::noise::Noise;
 use crate::calibrate::solver::{self, STEP, Solution, State, Until, Weights};
-use crate::calibrate::types::{CalibrateError, Pace};
+use crate::calibrate::types::Pace;
+use crate::error::ValidatorError;
 use grideye_frame::PIXELS;
 use grideye_scene::uncertain::{Normal, RECORDING_START, Uncertain, with_values};
 use grideye_scene::{Files, Film, Model as Physics, Scene};
@@ -34,7 +35,7 @@ impl<'a> Model<'a> {
         files: &'a dyn Files,
         sensor: &'a str,
         pace: Pace<'a>,
-    ) -> Result<Self, CalibrateError> {
+    ) -> Result<Self, ValidatorError> {
         // Collisions concern the scene's author, and checking would repeat thousands of times.
         let quiet = format!("collisions = \"ignore\"\n{text}");
         let (text, loaded) = match Scene::parse_without_variants(&quiet, origin, files) {
@@ -76,14 +77,14 @@ impl<'a> Model<'a> {
         values
     }
 
-    fn scene(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
+    fn scene(&self, point: &[f64]) -> Result<Scene, ValidatorError> {
         let mut scene = self.parsed(point)?;
         // A height that shifts the strides of a long walk would have a minimum at each number of strides.
         scene.keep_strides_of(&self.first);
         Ok(scene)
     }
 
-    fn parsed(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
+    fn parsed(&self, point: &[f64]) -> Result<Scene, ValidatorError> {
         let text = with_values(&self.text, &self.unknowns, &self.values(point));
         Ok(Scene::parse_without_variants(&text, self.origin, self.files)?.scene)
     }
@@ -93,7 +94,7 @@ impl<'a> Model<'a> {
         &mut self,
         state: &mut State,
         (frames, noise): (&Frames, &Noise),
-    ) -> Result<(), CalibrateError> {
+    ) -> Result<(), ValidatorError> {
         let mut keys = self.searched.iter().map(|&place| &self.unknowns[place].key);
         if !keys.any(|key| key.ends_with(".person.height_mm")) {
             return Ok(());
@@ -116,7 +117,7 @@ impl<'a> Model<'a> {
         Ok(())
     }
 
-    fn images(&mut self, point: &[f64], times: &[Duration]) -> Result<Vec<f64>, CalibrateError> {
+    fn images(&mut self, point: &[f64], times: &[Duration]) -> Result<Vec<f64>, ValidatorError> {
         self.evaluations += 1;
         let scene = self.scene(point)?;
         // No two frames are of one time, and the next scene is another.
@@ -143,7 +144,7 @@ impl<'a> Model<'a> {
         &mut self,
         point: &[f64],
         frames: &Frames,
-    ) -> Result<Vec<f64>, CalibrateError> {
+    ) -> Result<Vec<f64>, ValidatorError> {
         let images = self.images(point, &frames.times)?;
         let pairs = frames.celsius.iter().zip(images);
         Ok(pairs.map(|(real, simulated)| real - simulated).collect())
@@ -166,7 +167,7 @@ impl<'a> Model<'a> {
         &mut self,
         start: &[f64],
         frames: &Frames,
-    ) -> Result<State, CalibrateError> {
+    ) -> Result<State, ValidatorError> {
         let step = match self.first.model() {
             Physics::Physical => PHYSICAL_STEP,
             _ => STEP,
@@ -180,7 +181,7 @@ impl<'a> Model<'a> {
         (frames, noise): (&Frames, &Noise),
         state: &mut State,
         (steps_max, until): (usize, Until),
-    ) -> Result<f64, CalibrateError> {
+    ) -> Result<f64, ValidatorError> {
         self.pace.begin(steps_max, frames.len());
         let priors = self.priors();
         let weights = Weights {
@@ -206,7 +207,7 @@ impl<'a> Model<'a> {
         state: &mut State,
         frames: &Frames,
         halves: &[f64],
-    ) -> Result<(), CalibrateError> {
+    ) -> Result<(), ValidatorError> {
         state.refine(halves, &mut |point| self.left_over(point, frames))
     }
 
@@ -224,7 +225,7 @@ pub(crate) fn check_bounds(
     (text, origin): (&str, &str),
     unknowns: &[Uncertain],
     files: &dyn Files,
-) -> Result<(), CalibrateError> {
+) -> Result<(), ValidatorError> {
     for (place, one) in unknowns.iter().enumerate() {
         for (value, which) in one.bounds.into_iter().zip(["lower", "upper"]) {
             let mut values: Vec<f64> = unknowns.iter().map(|one| one.value).collect();
@@ -232,7 +233,7 @@ pub(crate) fn check_bounds(
             let text = with_values(text, unknowns, &values);
             Scene::parse_without_variants(&text, origin, files).map_err(|source| {
                 let key = &one.key;
-                CalibrateError::Refused(format!(
+                ValidatorError::Refused(format!(
                     "the {which} bound {value} of `{key}` is not valid in the scene: {source}"
                 ))
             })?;

@@ -4,9 +4,10 @@ use crate::calibrate::frames::Frames;
 use crate::calibrate::model::Model;
 use crate::calibrate::noise::{self, Freedom, Noise, Parts};
 use crate::calibrate::solver::{Solution, State, Until};
-use crate::calibrate::types::{CalibrateError, Options, STARTS_MAX};
+use crate::calibrate::types::{Options, STARTS_MAX};
 use crate::calibrate::uncertainty::Uncertainty;
 use crate::constants::{ALIKE, SAME_COST, SAME_GAIN};
+use crate::error::ValidatorError;
 use grideye_scene::uncertain::Normal;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
@@ -51,7 +52,7 @@ pub(crate) fn from_several_starts(
     model: &mut Model<'_>,
     frames: &Frames,
     options: &Options,
-) -> Result<(Vec<f64>, Noise, [usize; 2]), CalibrateError> {
+) -> Result<(Vec<f64>, Noise, [usize; 2]), ValidatorError> {
     let few = frames.fewer(COARSE_FRAMES);
     let noise = Noise::first(few.len());
     let mut generator = ChaCha12Rng::seed_from_u64(options.seed);
@@ -117,7 +118,7 @@ impl FineSearch {
         frames: &Frames,
         (coarse, mut noise): (&[f64], Noise),
         options: &Options,
-    ) -> Result<Self, CalibrateError> {
+    ) -> Result<Self, ValidatorError> {
         let known = options.profile.as_ref().map(|profile| {
             noise::of_profile(&profile.common_mode, frames.len(), frames.interval_s())
         });

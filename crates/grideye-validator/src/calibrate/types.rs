@@ -1,9 +1,7 @@
 //! Options, progress, results and errors of a calibration.
 
-use crate::frames::timeline::Apart;
 use crate::names::named;
 use grideye_frame::PIXELS;
-use grideye_scene::SceneError;
 use grideye_scene::profile::Profile;
 use serde::Serialize;
 
@@ -185,17 +183,4 @@ impl<'a> Pace<'a> {
 
 fn long(number: usize) -> u64 {
     u64::try_from(number).unwrap_or(u64::MAX)
-}
-
-/// Why a scene could not be calibrated.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-#[expect(missing_docs, reason = "the messages say what each is")]
-pub enum CalibrateError {
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    #[error(transparent)]
-    Apart(#[from] Apart),
-    #[error("{0}")]
-    Refused(String),
 }

@@ -1,7 +1,7 @@
 //! Settings and limits of a comparison, and the checks of its input.
 
 use crate::constants::{NOISE_SIGMA_C, WARM_STEPS_MIN};
-use crate::error::{Side, ValidatorError, check_setting};
+use crate::error::{ValidatorError, check_setting};
 use crate::frames::types::Pixels;
 use crate::frames::{Protocol, RealFrame, SimulatedFrame};
 use crate::metrics::Binning;
@@ -87,8 +87,8 @@ pub(crate) fn check_frames(
     simulated: &[SimulatedFrame],
     protocol: Protocol,
 ) -> Result<(), ValidatorError> {
-    check_number(Side::Real, real.len())?;
-    check_number(Side::Simulated, simulated.len())?;
+    check_number("real", real.len())?;
+    check_number("simulated", simulated.len())?;
     if protocol == Protocol::Dynamic && real.len() != simulated.len() {
         return Err(ValidatorError::Refused(format!(
             "{} real frames cannot be paired with {} simulated frames\nhint: simulate one frame at the time of each real frame, or use the static protocol",
@@ -98,19 +98,19 @@ pub(crate) fn check_frames(
     }
     for (index, frame) in real.iter().enumerate() {
         let later = frame.later.as_ref();
-        check_finite(Side::Real, index, &frame.celsius)?;
-        later.map_or(Ok(()), |later| check_finite(Side::Real, index, later))?;
+        check_finite("real", index, &frame.celsius)?;
+        later.map_or(Ok(()), |later| check_finite("real", index, later))?;
     }
     for (index, frame) in simulated.iter().enumerate() {
-        check_finite(Side::Simulated, index, &frame.celsius)?;
-        check_finite(Side::Simulated, index, &frame.noise_free)?;
+        check_finite("simulated", index, &frame.celsius)?;
+        check_finite("simulated", index, &frame.noise_free)?;
     }
     Ok(())
 }
 
-fn check_number(side: Side, found: usize) -> Result<(), ValidatorError> {
+fn check_number(side: &str, found: usize) -> Result<(), ValidatorError> {
     match found {
-        0 => Err(ValidatorError::NoFrames { side }),
+        0 => Err(ValidatorError::no_frames(side)),
         1..=FRAMES_MAX => Ok(()),
         _ => Err(ValidatorError::Refused(format!(
             "{found} {side} frames, expected at most {FRAMES_MAX}\nhint: ask for fewer frames; they are chosen evenly over the recording"
@@ -118,7 +118,7 @@ fn check_number(side: Side, found: usize) -> Result<(), ValidatorError> {
     }
 }
 
-fn check_finite(side: Side, index: usize, celsius: &Pixels) -> Result<(), ValidatorError> {
+fn check_finite(side: &str, index: usize, celsius: &Pixels) -> Result<(), ValidatorError> {
     match celsius.iter().position(|value| !value.is_finite()) {
         Some(pixel) => Err(ValidatorError::Refused(format!(
             "pixel index {pixel} of {side} frame {index} is not a finite number\nhint: leave the frame out; record a missing frame as missing, never as NaN"

@@ -10,7 +10,7 @@ use crate::align::{
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
 use crate::decision::{Alternative, Decision, How, Image, Recording, Rendered, View, decide};
-use crate::error::{Side, ValidatorError, check_setting};
+use crate::error::{ValidatorError, check_resolution, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
 use crate::frames::fitted::{FittedShare, fitted};
@@ -26,7 +26,7 @@ use crate::scene_comparison::types::{
     pixels, prior, seconds,
 };
 use crate::verdict::types::Prior;
-use grideye_frame::{COLUMNS, PIXELS, ROWS, TICK};
+use grideye_frame::{PIXELS, TICK};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
 use std::ops::RangeInclusive;
@@ -55,7 +55,7 @@ pub(super) fn compared(
     options.align.check()?;
     let [film, empty] = rendered.own((scene, sensor))?;
     let simulator = film.simulator();
-    check_resolution(simulator)?;
+    check_resolution(simulator.sensor())?;
     let protocol = options.protocol.unwrap_or(protocol_of(scene));
     let (read, mut counts) = cleaning::clean(records, protocol == Protocol::Dynamic);
     let timeline = Timeline::new(records, scene, options.start_s)?;
@@ -229,17 +229,6 @@ fn drift_c(aligned: &AlignedFrames, decision: &Decision, options: &Options) -> [
 /// `SplitMix64`).
 const INDEPENDENCE: u64 = 0x9E37_79B9_7F4A_7C15;
 
-fn check_resolution(simulator: &Simulator) -> Result<(), ValidatorError> {
-    let sensor = simulator.sensor();
-    if (sensor.columns, sensor.rows) == (COLUMNS, ROWS) {
-        return Ok(());
-    }
-    Err(ValidatorError::Refused(format!(
-        "sensor `{}` of the scene has {} x {} pixels, the recording has 8 x 8\nhint: compare with an 8 x 8 sensor of the scene",
-        sensor.name, sensor.columns, sensor.rows
-    )))
-}
-
 fn timed(
     read: Vec<Read>,
     protocol: Protocol,
@@ -257,7 +246,7 @@ fn timed(
         )));
     }
     let nothing = match read.is_empty() {
-        true => ValidatorError::NoFrames { side: Side::Real },
+        true => ValidatorError::no_frames("real"),
         false => ValidatorError::Refused(
             "the recording ends before the scene begins\nhint: give a later start".to_owned(),
         ),
@@ -432,10 +421,10 @@ fn within_scene(
         is_within
     });
     if aligned.frames.is_empty() {
-        return Err(ValidatorError::NoOverlap {
-            starts: aligned.timeline.start(),
-            ends: end,
-        });
+        return Err(ValidatorError::Refused(format!(
+            "the recording begins {:?} into the scene, which ends after {end:?}\nhint: give an earlier start",
+            aligned.timeline.start()
+        )));
     }
     Ok(())
 }

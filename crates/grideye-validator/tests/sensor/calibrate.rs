@@ -5,9 +5,8 @@ use grideye_frame::{Celsius, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
 use grideye_scene::{Scene, Simulator};
-use grideye_validator::calibrate::{
-    CalibrateError, Calibration, FRAMES_MAX, Options, Progress, calibrate,
-};
+use grideye_validator::ValidatorError;
+use grideye_validator::calibrate::{Calibration, FRAMES_MAX, Options, Progress, calibrate};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -136,7 +135,7 @@ pub(crate) fn run(
     text: &str,
     records: &[Record],
     options: &Options,
-) -> Result<Calibration, CalibrateError> {
+) -> Result<Calibration, ValidatorError> {
     let scene = (text, "guess.toml");
     calibrate(records, scene, &files(), "ceiling", options, &mut |_| ())
 }

@@ -3,7 +3,7 @@
 use crate::scenes::{SENSOR, record};
 use grideye_recording::{ClockState, Record};
 use grideye_scene::Scene;
-use grideye_validator::calibrate::{self, CalibrateError, calibrate};
+use grideye_validator::calibrate::{self, calibrate};
 use grideye_validator::{
     AlignOptions, Comparison, LeftOut, Measure, Options, TimeAlignment, ValidatorError, Verdict,
     compare_scene,
@@ -205,7 +205,7 @@ fn without_a_common_moment_both_spans_are_named() {
         )
     };
     let error = calibrated(&records, STAMPED).unwrap_err();
-    assert!(matches!(error, CalibrateError::Apart(_)), "{error}");
+    assert!(matches!(error, ValidatorError::Apart(_)), "{error}");
     assert!(error.to_string().starts_with(expected), "{error}");
 
     // A calibration of the second half of the walk, by hand and by UTC.

@@ -390,10 +390,8 @@ fn invalid_input_is_rejected_with_the_reason() {
         refused(&records, &scene, "attic", &options(1)),
         ValidatorError::Scene(_)
     ));
-    assert!(matches!(
-        refused(&[], &scene, SENSOR, &options(1)),
-        ValidatorError::NoFrames { .. }
-    ));
+    let error = refused(&[], &scene, SENSOR, &options(1)).to_string();
+    assert!(error.starts_with("no real frame to compare\n"), "{error}");
 
     let mut backwards = records.clone();
     backwards[6].stamp.t_boot_ns -= 804_000_000;
@@ -409,10 +407,11 @@ fn invalid_input_is_rejected_with_the_reason() {
         start_s: Some(3_600.0),
         ..options(1)
     };
-    assert!(matches!(
-        refused(&records, &scene, SENSOR, &after),
-        ValidatorError::NoOverlap { .. }
-    ));
+    let error = refused(&records, &scene, SENSOR, &after).to_string();
+    assert!(
+        error.contains(" into the scene, which ends after "),
+        "{error}"
+    );
     for options in [
         Options {
             frames: Some(0),
@@ -427,10 +426,8 @@ fn invalid_input_is_rejected_with_the_reason() {
             ..options(1)
         },
     ] {
-        assert!(matches!(
-            refused(&records, &scene, SENSOR, &options),
-            ValidatorError::Setting { .. }
-        ));
+        let error = refused(&records, &scene, SENSOR, &options).to_string();
+        assert!(error.starts_with("setting `"), "{error}");
     }
     let lepton = parse(&replaced(
         &text,

@@ -4,7 +4,7 @@ use crate::toy::{Blob, PERSON, UNIT, Unit, recording, settings, simulation};
 use grideye_validator::metrics::Binning;
 use grideye_validator::{
     Comparison, FRAMES_MAX, Measure, Protocol, RealFrame, SHUFFLES_MAX, Settings, SimulatedFrame,
-    ValidatorError, Verdict, compare,
+    Verdict, compare,
 };
 
 fn compare_static(real: &[Blob], claimed: &[Blob], unit: Unit, seed: u64) -> Comparison {
@@ -166,9 +166,11 @@ fn settings_out_of_range_are_refused_by_name() {
         simulation(3, 1, |_| vec![PERSON]),
     );
     let fixed = settings(Protocol::Static);
-    let named = |settings: Settings| match compare(&real, &simulated, &settings).unwrap_err() {
-        ValidatorError::Setting { name, .. } => name,
-        other => panic!("{other}"),
+    let named = |settings: Settings| {
+        let refused = compare(&real, &simulated, &settings)
+            .unwrap_err()
+            .to_string();
+        refused.split('`').nth(1).unwrap_or_default().to_owned()
     };
     assert_eq!(
         named(Settings {
