@@ -60,7 +60,6 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
             "every_check_passes_on_the_emulated_sensor",
         ),
     ),
-    ("tests/run", Not("it is what runs this test")),
     (
         "cargo run --release -- demo --replay recordings/linaige/Session2_2021-07-01_RoomB_v2.csv --once --speed 20",
         By(
