@@ -95,7 +95,7 @@ impl Recipe {
     /// `agent.anna.person.height_mm=1700+-100`, `sensor.ceiling.noise_sigma_c=0.1,0.2`, `object.table.present=on,off`,
     /// `agent.person.position=floor`, `agent.person.acts=enter sit leave` or `time_s=0..12`; or `KEY` alone for a number
     /// with an `[[uncertain]]` table. They add to the scene's `[[vary]]` tables, and replace those of the same key.
-    /// scenes/README.md has the whole grammar.
+    /// scenes/VARIES.md has the whole grammar.
     ///
     /// # Errors
     /// If something cannot be parsed, or names what the scene lacks; [`Self::check`] checks the values.

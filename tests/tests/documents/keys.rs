@@ -7,7 +7,7 @@ use grideye_tests::programs::root;
 use grideye_text::{Kind, Row, Rows};
 
 const DOCUMENTS: [(&str, &Rows, &str); 3] = [
-    ("scenes/README.md", &keys::SCENE, "the top of the file"),
+    ("scenes/KEYS.md", &keys::SCENE, "the top of the file"),
     (
         "scenes/profiles/README.md",
         &profile::PROFILE,

@@ -44,7 +44,13 @@ fn documents() -> Vec<PathBuf> {
     for crate_folder in std::fs::read_dir(root().join("crates")).unwrap() {
         documents.push(crate_folder.unwrap().path().join("README.md"));
     }
-    documents.push(root().join("crates/grideye/DATASET.md"));
+    let others = [
+        "crates/grideye/DATASET.md",
+        "scenes/PEOPLE.md",
+        "scenes/PHYSICS.md",
+        "scenes/VARIES.md",
+    ];
+    documents.extend(others.map(|document| root().join(document)));
     documents.retain(|document| document.exists());
     documents
 }

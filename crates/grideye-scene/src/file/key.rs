@@ -159,7 +159,7 @@ impl<'a, 'i> Table<'a, 'i> {
                 let found = table(found, format!("{key} `{name}`"));
                 found.filter(|_| !rest.is_empty()).map(|table| (table, rest)).ok_or_else(|| {
                     KeyError::no_key(format!(
-                        "name one of its keys, as in {key}.{name}.KEY; scenes/README.md describes every key"
+                        "name one of its keys, as in {key}.{name}.KEY; scenes/KEYS.md describes every key"
                     ))
                 })
             }

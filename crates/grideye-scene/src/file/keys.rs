@@ -9,9 +9,9 @@ use grideye_text::{Kind, Number, Row, Rows, Rule, Style, rows};
 use std::path::{Component, Path};
 
 pub(crate) const STYLE: Style = Style {
-    unknown: "correct the spelling or remove the key; scenes/README.md describes every key",
-    missing: "add the key to this table; scenes/README.md describes every key",
-    mistyped: "scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+    unknown: "correct the spelling or remove the key; scenes/KEYS.md describes every key",
+    missing: "add the key to this table; scenes/KEYS.md describes every key",
+    mistyped: "scenes/KEYS.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
     bytes_max: (
         limits::TEXT_BYTES_MAX,
         "check that it is a scene file or a trajectory",
@@ -32,8 +32,8 @@ const SECONDS: Number = Within(0.0, limits::TIME_MAX_S);
 pub static SCENE: Rows = Rows {
     title: "the scene",
     rows: &[rows! {
-        "model" Kind::Word(&["paper", "paper-grid", "physical"]), "", "", "paper is the default; scenes/README.md says when to use which";
-        "law" Kind::Word(&["A", "B"]), "", "", "B is the default; scenes/README.md has both formulas";
+        "model" Kind::Word(&["paper", "paper-grid", "physical"]), "", "", "paper is the default; scenes/PHYSICS.md says when to use which";
+        "law" Kind::Word(&["A", "B"]), "", "", "B is the default; scenes/PHYSICS.md has both formulas";
         "band_um" Kind::Rising(Within(0.1, 1000.0)), "µm", "[from, to], rising, each 0.1 to 1000 µm", "thermal sensors detect about [8, 14]; omit it for all wavelengths";
         "collisions" Kind::Word(&["warning", "error", "ignore"]), "", "", "warning is the default";
         "duration_s" Kind::Number(SECONDS), "seconds", "", "the shortest duration of the scene; agents' paths extend it";

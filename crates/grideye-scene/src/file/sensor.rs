@@ -186,7 +186,7 @@ const PRESETS: [Preset; 3] = [
     },
 ];
 
-/// Fits two walkers under a sensor, see scenes/README.md.
+/// Fits two walkers under a sensor, see scenes/PHYSICS.md.
 const SPILL_PX: f64 = 1.2;
 
 /// PeerJ CS 11:e3124, "Perceived temperature calculation": "default: 5 m".

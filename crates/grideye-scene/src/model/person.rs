@@ -502,7 +502,7 @@ const fn layer(clo: f64, by_part: [f64; 5], thickness_m: f64) -> Layer {
     }
 }
 
-/// **Assumption**: chosen with two recorded walkers in view (`scenes/README.md`).
+/// **Assumption**: chosen with two recorded walkers in view (`scenes/PEOPLE.md`).
 const LAYERS: [Layer; 4] = [
     layer(0.0, [1.0, 0.0, 0.0, 0.0, 0.0], 0.0),
     layer(0.5, [1.0, 0.7, 0.0, 1.2, 1.6], 0.003),

@@ -36,7 +36,7 @@ pub(crate) struct Dataset {
     /// Values to draw from: KEY=LOW..HIGH; repeatable.
     ///
     /// KEY=LOW..HIGH, KEY=MEAN+-SD, KEY=ONE,OTHER, agent.NAME.position=floor, or KEY alone for its `uncertain` table.
-    /// Adds to the scene's `vary` tables, and replaces those of the same key. scenes/README.md lists the keys.
+    /// Adds to the scene's `vary` tables, and replaces those of the same key. scenes/VARIES.md lists the keys.
     #[arg(long = "vary", value_name = "KEY=VALUES")]
     pub(crate) varied: Vec<String>,
     /// Frames in the whole dataset [default: none].

@@ -7,19 +7,19 @@ const SPELLING_AND_TYPES: &[Case] = &[
         "ambient_c = 20",
         "ambient_c = 20\nambiant = 3",
         "room.toml:4:1: unknown field `ambiant`, expected one of `size_mm`, `plan_mm`, `height_mm`, `vertices_mm`, `faces`, `file`, `unit_mm`, `ambient_c`, `reflected_c`\n\
-         hint: correct the spelling or remove the key; scenes/README.md describes every key",
+         hint: correct the spelling or remove the key; scenes/KEYS.md describes every key",
     ),
     (
         "preset = \"grid-eye\"",
         "presset = \"grid-eye\"",
         "room.toml:20:1: unknown field `presset`, expected one of `name`, `preset`, `position_mm`, `elevation_deg`, `azimuth_deg`, `roll_deg`, `tilt_deg`, `resolution`, `fov_deg`, `pixels_per_degree`, `noise_sigma_c`, `sampling_hz`, `operating_distance_mm`, `detectable_range_c`, `optics`, `pixel_width_deg`, `blur_deg`, `blur_px`, `spill`, `spill_px`, `profile`, `step_c`, `pixel_1`\n\
-         hint: correct the spelling or remove the key; scenes/README.md describes every key",
+         hint: correct the spelling or remove the key; scenes/KEYS.md describes every key",
     ),
     (
         "[[object]]",
         "[[objct]]",
         "room.toml:5:3: unknown field `objct`, expected one of `model`, `law`, `band_um`, `collisions`, `duration_s`, `paper_experiment`, `room`, `object`, `mosaic`, `agent`, `sensor`, `uncertain`, `calibrated`, `vary`\n\
-         hint: correct the spelling or remove the key; scenes/README.md describes every key",
+         hint: correct the spelling or remove the key; scenes/KEYS.md describes every key",
     ),
     (
         "[room]",
@@ -31,7 +31,7 @@ const SPELLING_AND_TYPES: &[Case] = &[
         "ambient_c = 20\n",
         "",
         "room.toml:1:1: missing field `ambient_c`\n\
-         hint: add the key to this table; scenes/README.md describes every key",
+         hint: add the key to this table; scenes/KEYS.md describes every key",
     ),
     (
         "temperature_c = 28\n",
@@ -43,7 +43,7 @@ const SPELLING_AND_TYPES: &[Case] = &[
         "ambient_c = 20",
         "ambient_c = \"warm\"",
         "room.toml:3:13: `ambient_c`: invalid type: string \"warm\", expected a number\n\
-         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+         hint: scenes/KEYS.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
     ),
     (
         "ambient_c = 20",
@@ -61,43 +61,43 @@ const SPELLING_AND_TYPES: &[Case] = &[
         "[4000, 6000, 2700]",
         "[4000, 6000]",
         "room.toml:2:11: `size_mm`: invalid length 2, expected a list of 3 numbers\n\
-         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+         hint: scenes/KEYS.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
     ),
     (
         "[4000, 6000, 2700]",
         "[4000, 6000, 2700, 1]",
         "room.toml:2:11: `size_mm`: invalid length 4, expected a list of 3 numbers\n\
-         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+         hint: scenes/KEYS.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
     ),
     (
         "[[agent]]",
         "[agent]",
         "room.toml:11:1: invalid type: map, expected a sequence\n\
-         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+         hint: scenes/KEYS.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
     ),
     (
         "azimuth_deg = -90",
         "azimuth_deg = -90\nfov_deg = [60, 60, 60]",
         "room.toml:24:11: `fov_deg`: invalid length 3, expected a list of 2 numbers\n\
-         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+         hint: scenes/KEYS.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
     ),
     (
         "azimuth_deg = -90",
         "azimuth_deg = -90\nfov_deg = [60]",
         "room.toml:24:11: `fov_deg`: invalid length 1, expected a list of 2 numbers\n\
-         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+         hint: scenes/KEYS.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
     ),
     (
         "azimuth_deg = -90",
         "azimuth_deg = -90\nfov_deg = true",
         "room.toml:24:11: `fov_deg`: invalid type: boolean `true`, expected a number, or a list of 2 numbers\n\
-         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+         hint: scenes/KEYS.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
     ),
     (
         "azimuth_deg = -90",
         "azimuth_deg = -90\nresolution = [8.5, 8]",
         "room.toml:24:15: `resolution`: invalid type: floating point `8.5`, expected a whole number\n\
-         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+         hint: scenes/KEYS.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
     ),
 ];
 
