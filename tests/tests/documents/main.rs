@@ -46,6 +46,7 @@ fn documents() -> Vec<PathBuf> {
     }
     let others = [
         "crates/grideye/DATASET.md",
+        "crates/grideye-validator/CALIBRATION.md",
         "scenes/PEOPLE.md",
         "scenes/PHYSICS.md",
         "scenes/VARIES.md",
