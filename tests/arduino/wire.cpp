@@ -13,6 +13,7 @@ static int request(uint8_t reg, int count) {
 
 static void buffers() {
   uint8_t bytes[40] = {0x20};
+  delay(200);  // two frames
   int taken = 0;
   Wire.beginTransmission(SENSOR);
   for (int at = 0; at < 40; at++) taken += Wire.write(bytes[at]);
@@ -31,6 +32,7 @@ static void buffers() {
 }
 
 static void transactions() {
+  delay(200);  // two frames
   const int arrived = Wire.requestFrom(SENSOR, uint8_t(2), uint32_t(0x0E), uint8_t(1), uint8_t(true));
   printf("register by request %d: %02x", arrived, Wire.read());
   printf(" %02x\n", Wire.read());

@@ -5,15 +5,19 @@
 //     -x none LIBRARY/*.cpp CORE/arduino.cpp -o sketch
 //   grideye emulate --constant -5 -- ./sketch
 //
+// With crates/amg8833-c/arduino/amg8833_wire.cpp and libamg8833_c.a in the same command, the sensor is in the program itself:
+//
+//   GRIDEYE_CELSIUS=-5 ./sketch
+//
 // A unit test has its own main() in place of setup() and loop(), and exits with its result. A sketch runs until it is
 // ended: by exit(), by `timeout 5 ./sketch`, or by a reader that has read enough (`./sketch | grep -m 1 "pixel 1: -5.00"`).
 //
 // What differs from an AVR:
 //   - `int` has 32 bits, as on ESP32 and RP2040, and `long` and `double` have 64. Code that relies on 16 bits, such as
 //     `value |= 0xF000` for a sign, is right on one side alone: run the firmware itself, too.
-//   - With `grideye emulate --socket PATH`, time is the emulated sensor's from begin() on: delay() lets it pass, and with
-//     `--speed 0` at once, so that a test of an hour takes no hour. Otherwise time is real.
-//   - Only the sensor's INT has a wire, and only with `--socket`: to pin 2, or to the pins that GRIDEYE_INT_PINS names, one a
+//   - With the emulated sensor in this process (amg8833_wire.cpp, below), time is the sensor's: delay() lets it pass at once,
+//     so that a test of an hour takes no hour. Otherwise time is real.
+//   - Only the sensor's INT has a wire, and only in this process: to pin 2, or to the pins that GRIDEYE_INT_PINS names, one a
 //     sensor ("2,3"). An interrupt's handler is called in delay() and after loop(). Other inputs read HIGH with a pull-up.
 //   - Only what is declared here exists. A sketch that needs more does not compile.
 #ifndef Arduino_h
@@ -106,8 +110,8 @@ void pinMode(uint8_t pin, uint8_t mode);
 void digitalWrite(uint8_t pin, uint8_t level);
 int digitalRead(uint8_t pin);
 
-// Numbers as on an Uno: interrupt 0 is pin 2 and 1 is pin 3; others are their pin. Without a socket no interrupt comes,
-// which is said on standard error.
+// Numbers as on an Uno: interrupt 0 is pin 2 and 1 is pin 3; others are their pin. Without the sensor in this process
+// no interrupt comes, which is said on standard error.
 void attachInterrupt(uint8_t interrupt, void (*handler)(), int mode);
 void detachInterrupt(uint8_t interrupt);
 inline void interrupts() {}

@@ -1,18 +1,17 @@
 // The AVR's `Wire` on an emulated or real bus of this host, as controller. Which bus it is:
 //
-//   grideye emulate SOURCE -- PROGRAM                  /dev/i2c-1, judged by the adapter that is emulated (`--adapter`)
-//   grideye emulate SOURCE --socket PATH -- PROGRAM    the bare bus, as a microcontroller's: GRIDEYE_I2C_SOCKET names it
-//   ./PROGRAM                                          a real /dev/i2c-1
+//   g++ … amg8833_wire.cpp libamg8833_c.a    the emulated sensor in this process, on a bare bus as a microcontroller's
+//   grideye emulate SOURCE -- PROGRAM        /dev/i2c-1, judged by the adapter that is emulated (`--adapter`)
+//   ./PROGRAM                                a real /dev/i2c-1
 //
-// `Wire` is bus 1 and `Wire1` bus 2. GRIDEYE_I2C_BUS names another first number. Where there is no bus, begin() and the
-// first transfer end the program with code 3 and a hint.
+// At /dev/i2c-N, `Wire` is bus 1 and `Wire1` bus 2. GRIDEYE_I2C_BUS names another first number. Where there is no bus, begin()
+// and the first transfer end the program with code 3 and a hint.
 //
 // As on the AVR: a transmission longer than the buffer is cut and sent, a request for more than the buffer reads what
 // fits, and neither is an error. Compile every file with -DBUFFER_LENGTH=128 for the buffer of an ESP32, or up to 255.
 //
 // Different from the AVR:
 //   - A line that is held low is code 5 after a second, with setWireTimeout() and without.
-//   - A second write after a held one begins with a STOP, and a second read goes on with the first.
 //   - At /dev/i2c-N, where a transfer is a whole: a held write is sent with what follows, and its result is 0, as on an
 //     ESP32; a held read ends with a STOP all the same, so that an update may come between two parts of a frame.
 #ifndef TwoWire_h
@@ -28,6 +27,22 @@
 #define WIRE_HAS_END 1
 #define WIRE_HAS_TIMEOUT 1
 
+// A bus in this process, with its time and the INT pins of its sensors.
+class WireBus {
+ public:
+  static const int NO_LEVEL = -1;
+  virtual ~WireBus() {}
+  // A message after a START or repeated START; a STOP follows if asked for, and after whatever is not acknowledged. A read
+  // fills `bytes`. Returns what endTransmission() does.
+  virtual uint8_t transfer(uint8_t address, bool is_read, std::vector<uint8_t> &bytes, bool stop) = 0;
+  // Lets time pass, at most so long, or until INT of the first sensor has this level. Returns the time since the start.
+  virtual uint64_t pass_us(uint64_t most_us, int level) = 0;
+  virtual std::vector<uint8_t> int_levels() = 0;
+};
+
+// The bus of `Wire` (0) or `Wire1` (1), where a file of the program defines it: amg8833_wire.cpp does.
+WireBus *wire_bus(unsigned number) __attribute__((weak));
+
 class TwoWire : public Stream {
  public:
   explicit TwoWire(unsigned after_the_first) : offset_(after_the_first) {}
@@ -35,7 +50,7 @@ class TwoWire : public Stream {
   void begin();
   void begin(int /*sda*/, int /*scl*/, uint32_t /*hz*/ = 0) { begin(); }
   void end();
-  void setClock(uint32_t /*hz*/) {}  // `grideye emulate --scl` sets the emulated bus's: 100 kHz without it
+  void setClock(uint32_t /*hz*/) {}  // the emulated bus's is 100 kHz, or what `grideye emulate --scl` says
   void setWireTimeout(uint32_t /*us*/ = 25000, bool /*reset*/ = false) {}
   bool getWireTimeoutFlag() const { return timed_out_; }
   void clearWireTimeoutFlag() { timed_out_ = false; }
@@ -68,14 +83,6 @@ class TwoWire : public Stream {
   int read() override { return available() ? received_[taken_++] : -1; }
   int peek() override { return available() ? received_[taken_] : -1; }
 
-  // Lets the emulated machine's time pass, at most so long, or until a sensor's INT has this level. Tells its time and the
-  // levels; false without a socket.
-  struct Machine {
-    uint64_t now_us;
-    std::vector<uint8_t> levels;
-  };
-  bool pass(uint64_t most_us, uint16_t sensor, bool level, Machine *machine);
-
  private:
   struct Message {
     uint16_t address;
@@ -83,23 +90,18 @@ class TwoWire : public Stream {
     std::vector<uint8_t> bytes;  // to write, or as many as to read
   };
 
-  uint8_t carry_out(const Message &message, bool stop);
+  uint8_t carry_out(Message message, bool stop);
   uint8_t carry_out_by_device(const Message &message, bool stop);
-  uint8_t carry_out_by_socket(const Message &message, bool stop);
-  void open_bus();
-  void connect_to(const char *path);
-  std::vector<uint8_t> ask(const std::vector<uint8_t> &packet);
-  void take(uint8_t *bytes, size_t length);
+  void open_device();
 
   unsigned offset_;
   unsigned number_ = 0;
+  WireBus *bus_ = nullptr;
   int file_ = -1;
-  bool is_socket_ = false;
   bool transmitting_ = false;
   bool timed_out_ = false;
   Message transmission_;
-  std::vector<Message> held_;             // by a device, since the last STOP
-  enum { NONE, WRITE, READ } open_ = NONE;  // by a socket, the last since the last STOP
+  std::vector<Message> held_;  // by a device, since the last STOP
   std::vector<uint8_t> received_;
   size_t taken_ = 0;
 };

@@ -1,4 +1,4 @@
-// What Arduino.h and Wire.h declare. The socket's protocol is in ../src/socket/PROTOCOL.md.
+// What Arduino.h and Wire.h declare.
 #include "Arduino.h"
 #include "Wire.h"
 
@@ -8,9 +8,6 @@
 #include <linux/i2c.h>
 #include <poll.h>
 #include <sys/ioctl.h>
-#include <sys/socket.h>
-#include <sys/time.h>
-#include <sys/un.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -50,7 +47,6 @@ __attribute__((weak)) int main() {
 
 // --- time and interrupts -------------------------------------------------------------------------------------------
 
-static const uint16_t NO_SENSOR = 0xFFFF;
 // An AVR's own resolution. A look at the time takes as long, so that who polls a clock that stands sees it go on.
 static const uint64_t LOOK_US = 4;
 
@@ -79,40 +75,37 @@ static const struct Start {
   uint64_t us = real_us();
 } START FIRST;
 
-// Lets time pass, at most so long, or until a sensor's INT has this level: the emulated machine's, which continues real time
-// from begin() on, or else real time. Calls the handlers for what INT has done. Returns the time since the start.
-static uint64_t pass_us(uint64_t most_us, uint16_t sensor = NO_SENSOR, bool level = LOW) {
-  static bool is_known = false;
-  static uint64_t ahead_us;
-  TwoWire::Machine machine;
-  if (!Wire.pass(most_us, sensor, level, &machine)) {
+// Lets time pass, at most so long, or until INT of the first sensor is `awaited`: the emulated bus's, or else real time. Calls
+// the handlers for what INT has done. Returns the time since the start.
+static uint64_t pass_us(uint64_t most_us, int awaited = WireBus::NO_LEVEL) {
+  WireBus *bus = wire_bus ? wire_bus(0) : nullptr;
+  if (!bus) {
     timespec rest = {time_t(most_us / 1000000), long(most_us % 1000000 * 1000)};
     while (most_us > LOOK_US && nanosleep(&rest, &rest) == -1 && errno == EINTR) {
     }
     return real_us() - START.us;
   }
-  if (!is_known) ahead_us = real_us() - START.us - machine.now_us;
-  is_known = true;
-  for (size_t at = 0; at < machine.levels.size() && int_pin(at) >= 0; at++) {
+  const uint64_t now_us = bus->pass_us(most_us, awaited);
+  const std::vector<uint8_t> levels = bus->int_levels();
+  for (size_t at = 0; at < levels.size() && int_pin(at) >= 0; at++) {
     auto &pin = pins[int_pin(at)];
-    const bool has_changed = pin.level != machine.levels[at];
-    pin.level = machine.levels[at];
+    const bool has_changed = pin.level != levels[at];
+    pin.level = levels[at];
     pin.is_int = true;
     if (has_changed && pin.handler && (pin.mode == CHANGE || pin.mode == (pin.level ? RISING : FALLING))) pin.handler();
   }
-  return machine.now_us + ahead_us;
+  return now_us;
 }
 
 static void look_at_pins() { pass_us(LOOK_US); }
 
 static void wait_us(uint64_t us) {
-  static const uint64_t PASS_MAX_US = 1000000;
   uint64_t now_us = pass_us(0);
   const uint64_t end_us = now_us + us;
   while (now_us < end_us) {
-    // An interrupt comes at its moment: of the first sensor, since a request waits for one.
+    // An interrupt comes at its moment: of the first sensor.
     const auto &pin = pins[uint8_t(int_pin(0))];
-    now_us = pass_us(min(end_us - now_us, PASS_MAX_US), pin.is_int && pin.handler ? 0 : NO_SENSOR, !pin.level);
+    now_us = pass_us(end_us - now_us, pin.is_int && pin.handler ? !pin.level : WireBus::NO_LEVEL);
   }
 }
 
@@ -146,7 +139,7 @@ void attachInterrupt(uint8_t interrupt, void (*handler)(), int mode) {
   pin.handler = handler;
   pin.mode = mode;
   if (pin.is_int) return;
-  fprintf(stderr, "note: no interrupt comes: INT has a wire only after Wire.begin(), and with grideye emulate --socket PATH\n");
+  fprintf(stderr, "note: no interrupt comes: INT has a wire only with the emulated sensor in this process, amg8833_wire.cpp\n");
 }
 
 void detachInterrupt(uint8_t interrupt) { pins[uint8_t(interrupt < 2 ? interrupt + 2 : interrupt)].handler = nullptr; }
@@ -254,18 +247,18 @@ int HardwareSerial::read() {
 
 // --- Wire ----------------------------------------------------------------------------------------------------------
 
-// What endTransmission() returns.
-enum : uint8_t { DONE = 0, NO_ADDRESS = 2, NO_BYTE = 3, OTHER = 4, TIMEOUT = 5 };
+// What endTransmission() returns, besides 3 for a byte.
+enum : uint8_t { DONE = 0, NO_ADDRESS = 2, OTHER = 4, TIMEOUT = 5 };
 
 void TwoWire::begin() {
-  if (file_ == -1) open_bus();
+  bus_ = wire_bus ? wire_bus(offset_) : nullptr;
+  if (!bus_ && file_ == -1) open_device();
 }
 
 void TwoWire::end() {
   if (file_ != -1) close(file_);
   file_ = -1;
   held_.clear();
-  open_ = NONE;
 }
 
 void TwoWire::beginTransmission(uint8_t address) {
@@ -309,19 +302,22 @@ uint8_t TwoWire::requestFrom(uint8_t address, uint8_t quantity, uint8_t stop) {
   return uint8_t(received_.size());
 }
 
-uint8_t TwoWire::carry_out(const Message &message, bool stop) {
+uint8_t TwoWire::carry_out(Message message, bool stop) {
   begin();
-  const uint8_t result = is_socket_ ? carry_out_by_socket(message, stop) : carry_out_by_device(message, stop);
+  uint8_t result;
+  if (bus_) {
+    result = bus_->transfer(uint8_t(message.address), message.is_read, message.bytes, stop);
+    if (message.is_read && result == DONE) received_ = message.bytes;
+  } else {
+    result = carry_out_by_device(message, stop);
+  }
   timed_out_ |= result == TIMEOUT;
   return result;
 }
 
-void TwoWire::open_bus() {
+void TwoWire::open_device() {
   const char *first = getenv("GRIDEYE_I2C_BUS");
   number_ = (first ? unsigned(atoi(first)) : 1) + offset_;
-  const char *socket = getenv("GRIDEYE_I2C_SOCKET");
-  is_socket_ = socket && *socket;
-  if (is_socket_) return connect_to(socket);
   const std::string path = "/dev/i2c-" + std::to_string(number_);
   file_ = open(path.c_str(), O_RDWR | O_CLOEXEC);
   if (file_ == -1) {
@@ -351,129 +347,5 @@ uint8_t TwoWire::carry_out_by_device(const Message &message, bool stop) {
       die("/dev/i2c-" + std::to_string(number_) + ": not an I2C bus", "GRIDEYE_I2C_BUS names the number of another");
     default:
       return OTHER;
-  }
-}
-
-// --- the socket's packets: length, kind and body, little-endian ----------------------------------------------------
-
-enum : uint8_t { HELLO = 0x01, TRANSFER = 0x02, STEP = 0x04, STOP = 0x05, PASS = 0x06 };
-enum : uint8_t { WELCOME = 0x81, DONE_PACKET = 0x82, FAULT = 0x83, BYE = 0x85, PASSED = 0x86 };
-static const uint32_t PACKET_BYTES_MAX = 344324;
-static const int WAIT_MAX_S = 10;
-static const uint8_t BUS_ALONE = 0;  // who judges a transfer
-
-static void put16(std::vector<uint8_t> &packet, size_t value) {
-  packet.push_back(lowByte(value));
-  packet.push_back(highByte(value));
-}
-
-static uint64_t number_at(const std::vector<uint8_t> &packet, size_t at, int bytes) {
-  uint64_t value = 0;
-  for (int byte = 0; byte < bytes && at + byte < packet.size(); byte++) value |= uint64_t(packet[at + byte]) << (8 * byte);
-  return value;
-}
-
-static const char *const SERVE = "is it there? grideye emulate --constant 21.5 --socket PATH -- PROGRAM";
-
-__attribute__((noreturn)) static void gone(const std::string &why) { die("the emulated bus went away: " + why, SERVE); }
-
-void TwoWire::connect_to(const char *path) {
-  sockaddr_un place = {};
-  place.sun_family = AF_UNIX;
-  strncpy(place.sun_path, path, sizeof place.sun_path - 1);
-  file_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  timeval wait = {WAIT_MAX_S, 0};
-  setsockopt(file_, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
-  if (connect(file_, (const sockaddr *)&place, sizeof place) == -1) {
-    die(std::string("the socket ") + path + " of GRIDEYE_I2C_SOCKET: " + strerror(errno), SERVE);
-  }
-  const std::vector<uint8_t> welcome = ask({HELLO, 'i', '2', 'c', 'e', 1, 0});
-  if (welcome[0] != WELCOME || welcome.size() < 14) gone("it does not speak this protocol");
-  const size_t count_at = 12 + welcome[11];
-  std::string served;
-  for (uint32_t bus = 0; bus < number_at(welcome, count_at, 2); bus++) {
-    const uint32_t number = number_at(welcome, count_at + 2 + 4 * bus, 4);
-    if (number == number_) return;
-    served += " " + std::to_string(number);
-  }
-  die("there is no bus " + std::to_string(number_) + "; the server has" + served, "GRIDEYE_I2C_BUS=N makes bus N the first: Wire");
-}
-
-// A message alone is a transfer. Others are steps of a transaction that stays open.
-uint8_t TwoWire::carry_out_by_socket(const Message &message, bool stop) {
-  const bool is_alone = stop && open_ == NONE;
-  if (open_ == WRITE && !message.is_read) ask({STOP});
-  std::vector<uint8_t> packet = {is_alone ? TRANSFER : STEP};
-  put16(packet, number_);
-  put16(packet, number_ >> 16);
-  if (is_alone) {
-    packet.push_back(BUS_ALONE);
-    put16(packet, 1);
-  }
-  put16(packet, message.address);
-  put16(packet, message.is_read);
-  put16(packet, message.bytes.size());
-  if (!message.is_read) packet.insert(packet.end(), message.bytes.begin(), message.bytes.end());
-  const std::vector<uint8_t> answer = ask(packet);
-  if (!is_alone) {
-    // A fault ends with a STOP, as the AVR's hardware does it.
-    const bool ends = stop || answer[0] != DONE_PACKET;
-    if (ends) ask({STOP});
-    open_ = ends ? NONE : message.is_read ? READ : WRITE;
-  }
-  switch (answer[0]) {
-    case DONE_PACKET:
-      if (message.is_read) received_.assign(answer.begin() + min(size_t(3), answer.size()), answer.end());
-      return DONE;
-    case FAULT:
-      switch (number_at(answer, 1, 1)) {
-        case 1: return NO_ADDRESS;
-        case 2: return NO_BYTE;
-        case 5: return TIMEOUT;
-        default: return OTHER;
-      }
-    default:
-      return OTHER;
-  }
-}
-
-bool TwoWire::pass(uint64_t most_us, uint16_t sensor, bool level, Machine *machine) {
-  if (file_ == -1 || !is_socket_) return false;
-  std::vector<uint8_t> packet = {PASS};
-  for (int shift = 0; shift < 64; shift += 16) put16(packet, most_us * 1000 >> shift);
-  put16(packet, sensor);
-  packet.push_back(level);
-  const std::vector<uint8_t> answer = ask(packet);
-  if (answer[0] != PASSED) return false;
-  machine->now_us = number_at(answer, 1, 8) / 1000;
-  machine->levels.assign(answer.begin() + min(size_t(11), answer.size()), answer.end());
-  return true;
-}
-
-// Sends a packet, and returns the answer from its kind on.
-std::vector<uint8_t> TwoWire::ask(const std::vector<uint8_t> &packet) {
-  std::vector<uint8_t> sent;
-  put16(sent, packet.size());
-  put16(sent, packet.size() >> 16);
-  sent.insert(sent.end(), packet.begin(), packet.end());
-  // Whether it arrives is seen at the answer, which may be a reason.
-  if (send(file_, sent.data(), sent.size(), MSG_NOSIGNAL) != ssize_t(sent.size()) && errno != EPIPE) gone(strerror(errno));
-  std::vector<uint8_t> answer(4);
-  take(answer.data(), answer.size());
-  const uint32_t length = number_at(answer, 0, 4);
-  if (length == 0 || length > PACKET_BYTES_MAX) gone("it announced a packet of " + std::to_string(length) + " bytes");
-  answer.resize(length);
-  take(answer.data(), length);
-  if (answer[0] == BYE) gone(std::string(answer.begin() + min(size_t(2), answer.size()), answer.end()));
-  return answer;
-}
-
-void TwoWire::take(uint8_t *bytes, size_t length) {
-  while (length > 0) {
-    const ssize_t arrived = recv(file_, bytes, length, 0);
-    if (arrived == -1 && errno == EINTR) continue;
-    if (arrived <= 0) gone(arrived == 0 ? "it closed the connection" : strerror(errno));
-    bytes += arrived;
-    length -= size_t(arrived);
   }
 }

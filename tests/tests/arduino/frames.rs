@@ -1,19 +1,9 @@
 //! How often a sketch tears a frame by each way of reading, beside what the bus time predicts.
 
-use crate::kit::{Checkout, EXAMPLE, WITHOUT_CXX, on_the_bus, path, read, transactions};
-use grideye_tests::emulated::{Words, recording};
-use grideye_tests::programs::is_left_out;
+use crate::kit::{Checkout, EXAMPLE, MACHINE, WITHOUT_CXX, on_the_bus, path, read, transactions};
+use grideye_tests::programs::{is_left_out, root, run};
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
-
-/// Frames of one temperature each, and each with its own; no byte of one is in the next.
-fn ticking(folder: &Path) -> PathBuf {
-    let frames = (0..250).map(|frame| Words {
-        pixels: [frame + 0x100 * (frame % 7); 64],
-        thermistor: 0x190,
-    });
-    recording(folder, "ticking.csv", frames)
-}
+use std::path::Path;
 
 /// What a way of reading gave, beside what the bus time says of it.
 #[derive(Default, Debug)]
@@ -41,7 +31,7 @@ fn count(printed: &str, trace: &Path, way: &str) -> Count {
             .take(each)
             .map(|t| t.start_s)
             .collect();
-        // The recording begins with the first transfer, and its first frame lasts for two.
+        // The first frame is not there yet.
         if number < 4 || line.split(':').next() != Some(way) || starts.len() < each {
             continue;
         }
@@ -63,18 +53,17 @@ fn reads(flags: &str) -> Option<(String, tempfile::TempDir)> {
         return None;
     }
     let checkout = Checkout::new();
-    let made = checkout.run(
-        &format!("make build/reads CXXFLAGS={flags}"),
-        &checkout.folder(),
+    let machine = root().join(MACHINE).canonicalize().unwrap();
+    let line = format!(
+        "make build/reads SENSORS={} CXXFLAGS={flags}",
+        path(&machine)
     );
+    let made = checkout.run(&line, &checkout.folder());
     assert_eq!(made.code, 0, "{made:?}");
     let sketch = checkout.folder().join("build/reads");
     let folder = tempfile::tempdir().unwrap();
-    let ticking = ticking(folder.path());
-    let trace = folder.path().join("bus.csv");
-    let source = ["--recording", path(&ticking), "--replay", "frames"];
-    let bus = ["--speed", "0", "--trace", path(&trace)];
-    let ended = on_the_bus(&[&source[..], &bus].concat(), &sketch, &[]);
+    let trace = folder.path().join("bus");
+    let ended = run(&mut on_the_bus("ticking", &trace, &sketch));
     assert_eq!(ended.code, 0, "{ended:?}");
     Some((ended.stdout, folder))
 }
@@ -86,7 +75,7 @@ fn each_way_of_reading_tears_the_frames_that_the_bus_time_says() {
     let Some((printed, folder)) = reads("") else {
         return;
     };
-    let trace = folder.path().join("bus.csv");
+    let trace = folder.path().join("bus");
     let mut table = String::new();
     for way in ["32-byte parts", "32-byte parts, held", "by pixel"] {
         let Count {
@@ -122,7 +111,7 @@ fn one_burst_in_a_larger_buffer_is_never_torn() {
     let Some((printed, folder)) = reads("-DBUFFER_LENGTH=128") else {
         return;
     };
-    let count = count(&printed, &folder.path().join("bus.csv"), "one burst");
+    let count = count(&printed, &folder.path().join("bus"), "one burst");
     assert!(count.reads == 199 && count.torn == 0, "{count:?}");
     for burst in printed.lines().filter(|line| line.starts_with("one burst")) {
         assert_eq!(burst, "one burst: 128 bytes, whole");

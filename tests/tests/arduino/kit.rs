@@ -1,7 +1,7 @@
 //! What compiles a sketch for this host, and runs it on an emulated bus.
 
 use grideye_tests::c_library::library;
-use grideye_tests::programs::{self, Ended, grideye, is_left_out, root, run};
+use grideye_tests::programs::{self, Ended, is_left_out, root, run};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -9,11 +9,13 @@ use std::sync::OnceLock;
 pub(crate) const WITHOUT_CXX: &str = "GRIDEYE_WITHOUT_CXX";
 pub(crate) const WITHOUT_AVR: &str = "GRIDEYE_WITHOUT_AVR";
 const CORE: &str = "crates/i2c-emulation/arduino";
+const WIRE: &str = "crates/amg8833-c/arduino";
 pub(crate) const EXAMPLE: &str = "tests/examples/firmware-ci";
 
 fn compile(flags: &[&str], out: &Path, sources: &[&Path]) {
     let core = root().join(CORE);
     let driver = root().join(EXAMPLE).join("lib/grid_eye");
+    let [header, wire] = ["crates/amg8833-c/include", WIRE].map(|folder| root().join(folder));
     let ended = run(Command::new("g++")
         .args([
             "-std=c++11",
@@ -28,10 +30,15 @@ fn compile(flags: &[&str], out: &Path, sources: &[&Path]) {
             &core,
             Path::new("-I"),
             &driver,
+            Path::new("-I"),
+            &header,
+            Path::new("-I"),
+            &wire,
             Path::new("-o"),
             out,
         ])
-        .args(sources));
+        .args(sources)
+        .args(["-lm", "-lpthread", "-ldl"]));
     assert_eq!(ended.code, 0, "{sources:?}: {ended:?}");
 }
 
@@ -48,35 +55,41 @@ fn core() -> PathBuf {
     made.path().join("core.o")
 }
 
-/// A sketch or a test with the core and the example's driver, as the head of `Arduino.h` says; `None` if the compiler is
-/// left out.
+/// A sketch or a test with the core and the example's driver, as the head of `Arduino.h` says, for a bus at `/dev/i2c-N`;
+/// `None` if the compiler is left out.
 pub(crate) fn compiled(folder: &Path, source: &str, what: &str) -> Option<PathBuf> {
+    built(folder, source, &[], what)
+}
+
+/// The same with its sensors in the program.
+pub(crate) fn compiled_with_sensors(folder: &Path, source: &str, what: &str) -> Option<PathBuf> {
+    let wire = root().join(WIRE).join("amg8833_wire.cpp");
+    let more = [root().join(MACHINE), wire, library()];
+    built(folder, source, &more.each_ref().map(PathBuf::as_path), what)
+}
+
+fn built(folder: &Path, source: &str, more: &[&Path], what: &str) -> Option<PathBuf> {
     if is_left_out(WITHOUT_CXX, what) {
         return None;
     }
     let out = folder.join("sketch");
     let source = root().join(source);
     let driver = root().join(EXAMPLE).join("lib/grid_eye/grid_eye.cpp");
-    let as_cpp = [
-        Path::new("-x"),
-        Path::new("c++"),
-        &source,
-        Path::new("-x"),
-        Path::new("none"),
-    ];
+    let [x, cpp, none] = ["-x", "c++", "none"].map(Path::new);
     let core = core();
-    let sources = [&as_cpp[..], &[&driver, &core]].concat();
+    let sources = [&[x, cpp, &source, x, none, &driver, &core], more].concat();
     compile(&["-include", "Arduino.h"], &out, &sources);
     Some(out)
 }
 
-/// On an emulated bus as a microcontroller has it: without an adapter between.
-pub(crate) fn on_the_bus(source: &[&str], program: &Path, arguments: &[&str]) -> Ended {
-    let folder = tempfile::tempdir().unwrap();
-    let mut command = grideye();
-    command.args(["emulate", "--quiet", "--socket"]);
-    command.arg(folder.path().join("bus")).args(source);
-    run(command.arg("--").arg(program).args(arguments))
+/// Where the sensors of a sketch are said: `machine.cpp`.
+pub(crate) const MACHINE: &str = "tests/arduino/machine.cpp";
+
+/// A program with its sensors in itself: what they see, and where its transactions are written down.
+pub(crate) fn on_the_bus(machine: &str, trace: &Path, program: &Path) -> Command {
+    let mut command = Command::new(program);
+    command.env("MACHINE", machine).env("TRACE", trace);
+    command
 }
 
 pub(crate) fn path(path: &Path) -> &str {
@@ -87,7 +100,7 @@ pub(crate) fn read(file: &str) -> String {
     std::fs::read_to_string(root().join(file)).unwrap()
 }
 
-/// A transaction in a trace: when it began, and the bytes of each of its messages.
+/// A transaction of `machine.cpp`: when it began, and the bytes of each of its messages.
 pub(crate) struct Transaction {
     pub(crate) start_s: f64,
     pub(crate) lengths: Vec<usize>,
@@ -95,16 +108,16 @@ pub(crate) struct Transaction {
 
 pub(crate) fn transactions(trace: &Path) -> Vec<Transaction> {
     let mut transactions: Vec<Transaction> = Vec::new();
-    for row in std::fs::read_to_string(trace).unwrap().lines().skip(1) {
-        let cells: Vec<&str> = row.split(',').collect();
-        let length = cells[6].split_whitespace().count();
-        match (cells[3], transactions.last_mut()) {
-            ("Sr", Some(transaction)) => transaction.lengths.push(length),
-            _ => transactions.push(Transaction {
-                start_s: cells[0].parse().unwrap(),
-                lengths: vec![length],
-            }),
-        }
+    for row in std::fs::read_to_string(trace).unwrap().lines() {
+        let (start_s, messages) = row.split_once(' ').unwrap();
+        let length = |message: &str| match message.split_at(1) {
+            ("r", count) => count.parse().unwrap(),
+            (_, bytes) => bytes.len() / 2,
+        };
+        transactions.push(Transaction {
+            start_s: start_s.parse().unwrap(),
+            lengths: messages.split(' ').map(length).collect(),
+        });
     }
     transactions
 }

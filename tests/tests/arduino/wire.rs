@@ -1,8 +1,8 @@
 //! `Wire` and `Serial` of the core beside an AVR's.
 
-use crate::kit::{compiled, on_the_bus, path, transactions};
+use crate::kit::{compiled, compiled_with_sensors, on_the_bus, path, transactions};
 use grideye_tests::emulated::run_emulated;
-use grideye_tests::programs::{Ended, grideye, root, run, wait_for};
+use grideye_tests::programs::{Ended, root, run};
 use std::path::Path;
 use std::process::Command;
 
@@ -24,13 +24,12 @@ fn a_sketch_prints_what_an_avr_prints() {
 #[test]
 fn wire_has_the_buffers_of_an_avr() {
     let folder = tempfile::tempdir().unwrap();
-    let trace = folder.path().join("bus.csv");
+    let trace = folder.path().join("bus");
     let what = "Arduino's Wire";
-    let Some(program) = compiled(folder.path(), "tests/arduino/wire.cpp", what) else {
+    let Some(program) = compiled_with_sensors(folder.path(), "tests/arduino/wire.cpp", what) else {
         return;
     };
-    let source = ["--constant", "21.5", "--trace", path(&trace)];
-    let ended = on_the_bus(&source, &program, &["buffers"]);
+    let ended = run(on_the_bus("", &trace, &program).arg("buffers"));
     let expected = "taken one by one 32, write error 1\ntaken at once 40\nsent 0\n\
          requested 128, arrived 32, available 32\npeek 86, read 86, left 31\nas a stream 31\nbeyond the end -1 -1\n\
          requested 0, arrived 0\n";
@@ -44,18 +43,13 @@ fn wire_has_the_buffers_of_an_avr() {
 #[test]
 fn wire_sends_what_is_held_with_what_follows() {
     let folder = tempfile::tempdir().unwrap();
-    let trace = folder.path().join("bus.csv");
+    let trace = folder.path().join("bus");
     let what = "transactions of Arduino's Wire";
-    let Some(program) = compiled(folder.path(), "tests/arduino/wire.cpp", what) else {
+    let Some(program) = compiled_with_sensors(folder.path(), "tests/arduino/wire.cpp", what) else {
         return;
     };
-    let sensors = ["--sensor", "one=1:0x69", "--sensor", "two=2:0x68"];
-    let source = [
-        &["--constant", "-4.75", "--trace", path(&trace)],
-        &sensors[..],
-    ]
-    .concat();
-    let ended = on_the_bus(&source, &program, &["transactions"]);
+    let mut command = on_the_bus("two buses", &trace, &program);
+    let ended = run(command.arg("transactions").env("GRIDEYE_CELSIUS", "-4.75"));
     // -4.75 + 4.5 °C is -0.25 °C, of the thermistor 0x804 (AMG88 spec §4-11-9).
     let expected = "register by request 2: 04 08\ntwo starts 0, rate 1 1\nsecond bus 0\n";
     assert_eq!(ended.stdout, expected, "{ended:?}");
@@ -63,8 +57,8 @@ fn wire_sends_what_is_held_with_what_follows() {
         .into_iter()
         .map(|t| t.lengths)
         .collect();
-    // Two writes of one transfer are two transactions on the emulated bus.
-    assert_eq!(lengths, [vec![1, 2], vec![0], vec![2], vec![1, 1], vec![0]]);
+    // As an AVR sends it: the address alone, and a repeated START to write.
+    assert_eq!(lengths, [vec![1, 2], vec![0, 2], vec![1, 1], vec![0]]);
 }
 
 /// The codes of Wire.h on the bare bus, and what an adapter leaves of them.
@@ -72,10 +66,13 @@ fn wire_sends_what_is_held_with_what_follows() {
 fn a_fault_becomes_the_code_of_an_avr() {
     let folder = tempfile::tempdir().unwrap();
     let what = "faults in Arduino's Wire";
-    let Some(program) = compiled(folder.path(), "tests/arduino/wire.cpp", what) else {
+    let Some(by_device) = compiled(folder.path(), "tests/arduino/wire.cpp", what) else {
         return;
     };
-    let mut codes = Command::new(&program);
+    let with_sensors = tempfile::tempdir().unwrap();
+    let program =
+        compiled_with_sensors(with_sensors.path(), "tests/arduino/wire.cpp", what).unwrap();
+    let mut codes = Command::new(by_device);
     codes.arg("codes");
     let faults = [
         ("kind = \"nack-address\"", "2 2 0 0\n", "2 0 0 0\n"),
@@ -87,7 +84,8 @@ fn a_fault_becomes_the_code_of_an_avr() {
         let script = folder.path().join("faults.toml");
         std::fs::write(&script, format!("[[fault]]\n{fault}\n")).unwrap();
         let source = ["--constant", "21.5", "--faults", path(&script)];
-        let ended = on_the_bus(&source, &program, &["codes"]);
+        let kind = fault.split('"').nth(1).unwrap();
+        let ended = run(on_the_bus(kind, Path::new("/dev/null"), &program).arg("codes"));
         assert_eq!(ended.stdout, on_the_bare_bus, "{fault}: {ended:?}");
         let ended = run_emulated(&source, &codes);
         assert_eq!(ended.stdout, by_an_adapter, "{fault}: {ended:?}");
@@ -114,41 +112,6 @@ fn a_program_without_its_bus_says_what_to_do() {
         "/dev/i2c-250: No such file or directory",
         "start the program on an emulated sensor: grideye emulate --constant 21.5 -- PROGRAM",
     );
-    says(
-        &without(&[("GRIDEYE_I2C_SOCKET", "/nowhere")]),
-        "the socket /nowhere of GRIDEYE_I2C_SOCKET: No such file or directory",
-        "is it there? grideye emulate --constant 21.5 --socket PATH -- PROGRAM",
-    );
-    let shell = |program: &Path| format!("GRIDEYE_I2C_BUS=7 exec {} buffers", path(program));
-    says(
-        &on_the_bus(
-            &["--constant", "21.5"],
-            Path::new("sh"),
-            &["-c", &shell(&program)],
-        ),
-        "there is no bus 7; the server has 1",
-        "GRIDEYE_I2C_BUS=N makes bus N the first: Wire",
-    );
-
-    let socket = folder.path().join("bus");
-    let mut server = grideye();
-    server.args([
-        "emulate",
-        "--quiet",
-        "--constant",
-        "21.5",
-        "--seconds",
-        "1",
-        "--socket",
-    ]);
-    let mut server = server.arg(&socket).spawn().unwrap();
-    wait_for("the socket", || socket.exists().then_some(()));
-    let mut command = Command::new(&program);
-    let ended = run(command.arg("forever").env("GRIDEYE_I2C_SOCKET", &socket));
-    server.wait().unwrap();
-    assert_eq!((ended.code, ended.stdout.as_str()), (3, ""), "{ended:?}");
-    let said = "error: the emulated bus went away: ";
-    assert!(ended.stderr.starts_with(said), "{ended:?}");
 }
 
 #[test]

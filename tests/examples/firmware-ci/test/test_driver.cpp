@@ -4,7 +4,7 @@
 
 #include "grid_eye.h"
 
-// The emulated sensor's own warmth: `grideye emulate --help`.
+// The emulated sensor's own warmth: amg8833_wire.h.
 static const float WARMER_C = 4.5;
 
 static int failures = 0;
