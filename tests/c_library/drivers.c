@@ -70,7 +70,7 @@ static float arms22_pixel(int pixel) {
 }
 
 int main(void) {
-  amg8833_sensor_counts counts;
+  amg8833_counts counts;
   uint8_t upper[1];
   OK(amg8833_init(&bus, sizeof bus, 100000));
   OK(amg8833_plug_celsius(&bus, 0x69, -5.0f, -0.5f));
@@ -85,8 +85,8 @@ int main(void) {
   OK(READ(&bus, 0x08, upper));
   CHECK(upper[0] == 0x80);
   /* Every one of its writes is to a register that there is; the bit of 2011 is no refusal. */
-  OK(amg8833_sensor_count(&bus, 0x69, &counts));
-  CHECK(counts.read_only + counts.reserved + counts.unknown_commands + counts.nacks == 0);
+  OK(amg8833_count(&bus, 0x69, &counts));
+  CHECK(counts.refused_read_only + counts.refused_reserved + counts.refused_commands + counts.refused_nacks == 0);
 
   /* Its reset goes to the register after the one that it means, and its rate to that of interrupts. */
   pico_set(0x01, 0x3F);
@@ -95,7 +95,7 @@ int main(void) {
   uint8_t registers[2];
   OK(READ(&bus, 0x02, registers));
   CHECK(registers[0] == 0x00 && registers[1] == 0x01);
-  OK(amg8833_sensor_count(&bus, 0x69, &counts));
-  CHECK(counts.unknown_commands == 1);
+  OK(amg8833_count(&bus, 0x69, &counts));
+  CHECK(counts.refused_commands == 1);
   return failures > 0;
 }

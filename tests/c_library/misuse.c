@@ -17,7 +17,6 @@ static void every_call(amg8833_bus *bus, amg8833_error expected) {
   amg8833_frame frame = {{0}, 0};
   amg8833_fault fault = amg8833_fault_of(AMG8833_FAULT_FREEZE);
   amg8833_counts counts;
-  amg8833_sensor_counts sensor_counts;
   amg8833_scene scene = {"", NULL, 0, NULL, 0};
   uint64_t number;
   bool is_low;
@@ -43,8 +42,7 @@ static void every_call(amg8833_bus *bus, amg8833_error expected) {
   CHECK_IS(expected, amg8833_clear_faults(bus, 0));
   CHECK_IS(expected, amg8833_fault_count(bus, AMG8833_FAULT_FREEZE, &number));
   CHECK_IS(expected, amg8833_set_seed(bus, 1));
-  CHECK_IS(expected, amg8833_count(bus, &counts));
-  CHECK_IS(expected, amg8833_sensor_count(bus, 0x69, &sensor_counts));
+  CHECK_IS(expected, amg8833_count(bus, 0, &counts));
   CHECK_IS(expected, amg8833_end(bus));
 }
 
@@ -105,8 +103,8 @@ static void wrong_arguments(amg8833_bus *bus) {
   CHECK_IS(AMG8833_NULL, amg8833_set_fault(bus, 0x69, NULL));
   CHECK_IS(AMG8833_NULL, amg8833_fault_count(bus, AMG8833_FAULT_FREEZE, NULL));
   CHECK_IS(AMG8833_VALUE, amg8833_fault_count(bus, AMG8833_FAULT_KINDS, &(uint64_t){0}));
-  CHECK_IS(AMG8833_NULL, amg8833_count(bus, NULL));
-  CHECK_IS(AMG8833_NULL, amg8833_sensor_count(bus, 0x69, NULL));
+  CHECK_IS(AMG8833_NULL, amg8833_count(bus, 0, NULL));
+  CHECK_IS(AMG8833_NO_SENSOR, amg8833_count(bus, 0x68, &(amg8833_counts){0}));
   CHECK_IS(AMG8833_NOT_OPEN, amg8833_send(bus, 0));
   CHECK_IS(AMG8833_NOT_OPEN, amg8833_stop(bus));
   CHECK_IS(AMG8833_NULL, amg8833_receive(bus, NULL));

@@ -56,7 +56,7 @@ static void ways_to_read(void) {
   for (size_t at = 0; at < sizeof singly; at++) OK(amg8833_receive(&bus, &singly[at]));
   OK(amg8833_stop(&bus));
   CHECK(memcmp(once, apart, sizeof once) == 0 && memcmp(once, singly, sizeof once) == 0);
-  OK(amg8833_count(&bus, &counts));
+  OK(amg8833_count(&bus, 0, &counts));
   CHECK(counts.transactions == 4 && counts.bytes == 3 * 128 + 3 + 3 + 3 && counts.nacks == 0);
   CHECK(counts.bits == 9 * counts.bytes + 4 * 2 + 2);
 }
@@ -96,7 +96,7 @@ static void byte_by_byte(void) {
 /* 4-11-1, 4-11-2, 4-11-6, 4-11-7 and 4-10: what the sensor refuses, it counts. */
 static void refusals(void) {
   amg8833_bus bus;
-  amg8833_sensor_counts counts;
+  amg8833_counts counts;
   uint8_t mode[1];
   OK(amg8833_init(&bus, sizeof bus, 0));
   OK(amg8833_plug_celsius(&bus, 0x69, 20, 25));
@@ -108,8 +108,8 @@ static void refusals(void) {
   OK(set_register(&bus, 0x02, 0x01));
   OK(READ(&bus, 0x00, mode));
   CHECK(mode[0] == 0x10);
-  OK(amg8833_sensor_count(&bus, 0x69, &counts));
-  CHECK(counts.without_key == 1 && counts.read_only == 1 && counts.reserved == 1 && counts.unknown_commands == 1 && counts.asleep == 1);
+  OK(amg8833_count(&bus, 0x69, &counts));
+  CHECK(counts.refused_without_key == 1 && counts.refused_read_only == 1 && counts.refused_reserved == 1 && counts.refused_commands == 1 && counts.refused_asleep == 1);
   uint64_t at;
   OK(amg8833_next_frame_ns(&bus, 0x69, &at));
   CHECK(at == UINT64_MAX);
@@ -129,7 +129,7 @@ static void warm_in_the_third(void *calls, uint64_t now_ns, amg8833_frame *frame
 /* 4-11-4, 4-11-8: absolute levels, upper 30 degrees (0x078); 4-11-10: pixel 10 is bit 1 of the table's second byte. */
 static void interrupt(void) {
   amg8833_bus bus;
-  amg8833_sensor_counts counts;
+  amg8833_counts counts;
   uint8_t table[8], expected[8] = {0, 0x02};
   bool is_low = true;
   int calls = 0;
@@ -148,7 +148,7 @@ static void interrupt(void) {
   OK(READ(&bus, 0x10, table));
   CHECK(memcmp(table, expected, sizeof table) == 0);
   OK(amg8833_wait_int(&bus, 0x69, 0, 1000 * AMG8833_MS));
-  OK(amg8833_sensor_count(&bus, 0x69, &counts));
+  OK(amg8833_count(&bus, 0x69, &counts));
   CHECK(counts.int_falls == 1 && counts.int_releases == 1 && counts.frames == 4);
 }
 

@@ -212,27 +212,25 @@ amg8833_error amg8833_set_seed(amg8833_bus *bus, uint64_t seed);
 /* --- what was done and refused -------------------------------------------------------------------------------------------- */
 
 typedef struct amg8833_counts {
+  /* On the bus: */
   uint64_t transactions;
   uint64_t bytes; /* addresses and data */
   uint64_t bits;  /* nine a byte, one for each START, repeated START and STOP */
   uint64_t nacks; /* addresses and bytes that were not acknowledged */
-} amg8833_counts;
-
-typedef struct amg8833_sensor_counts {
+  /* Of the sensor: */
   uint64_t frames; /* that reached the registers */
   uint64_t int_falls;
   uint64_t int_releases;
-  /* Refused: */
-  uint64_t nacks;            /* addresses and bytes that the sensor did not acknowledge */
-  uint64_t asleep;           /* bytes written in sleep mode, but for the command to wake (AMG88 spec 4-11-1) */
-  uint64_t read_only;        /* bytes written to registers that are read only */
-  uint64_t reserved;         /* bytes written to registers that nobody specified (AMG88 spec 4-10) */
-  uint64_t without_key;      /* bytes written to the moving average's register without its key (AMG88 spec 4-11-7) */
-  uint64_t unknown_commands; /* of the registers 0x00 and 0x01 */
-} amg8833_sensor_counts;
+  uint64_t refused_nacks;       /* addresses and bytes that it did not acknowledge */
+  uint64_t refused_asleep;      /* bytes written in sleep mode, but for the command to wake (AMG88 spec 4-11-1) */
+  uint64_t refused_read_only;   /* bytes written to registers that are read only */
+  uint64_t refused_reserved;    /* bytes written to registers that nobody specified (AMG88 spec 4-10) */
+  uint64_t refused_without_key; /* bytes written to the moving average's register without its key (AMG88 spec 4-11-7) */
+  uint64_t refused_commands;    /* unknown ones, in the registers 0x00 and 0x01 */
+} amg8833_counts;
 
-amg8833_error amg8833_count(amg8833_bus *bus, amg8833_counts *counts);
-amg8833_error amg8833_sensor_count(amg8833_bus *bus, uint8_t address, amg8833_sensor_counts *counts);
+/* Since the bus was made, and since this sensor was plugged in; with the address 0, of the bus alone. */
+amg8833_error amg8833_count(amg8833_bus *bus, uint8_t address, amg8833_counts *counts);
 
 #ifdef __cplusplus
 }

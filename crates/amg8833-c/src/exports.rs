@@ -14,7 +14,7 @@ use embedded_hal::i2c::{I2c, Operation};
 use grideye_frame::{Celsius, Frame};
 
 /// `amg8833_counts` of the header.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 #[repr(C)]
 #[expect(missing_docs, reason = "the header says what they are")]
 pub struct Counts {
@@ -22,22 +22,15 @@ pub struct Counts {
     pub bytes: u64,
     pub bits: u64,
     pub nacks: u64,
-}
-
-/// `amg8833_sensor_counts` of the header.
-#[derive(Debug, Clone, Copy)]
-#[repr(C)]
-#[expect(missing_docs, reason = "the header says what they are")]
-pub struct SensorCounts {
     pub frames: u64,
     pub int_falls: u64,
     pub int_releases: u64,
-    pub nacks: u64,
-    pub asleep: u64,
-    pub read_only: u64,
-    pub reserved: u64,
-    pub without_key: u64,
-    pub unknown_commands: u64,
+    pub refused_nacks: u64,
+    pub refused_asleep: u64,
+    pub refused_read_only: u64,
+    pub refused_reserved: u64,
+    pub refused_without_key: u64,
+    pub refused_commands: u64,
 }
 
 /// Functions of a bus: what they do with it, alone, with its errors and panics as a number.
@@ -273,38 +266,30 @@ exports! {
         Ok(())
     }
 
-    /// The traffic on the bus.
-    fn amg8833_count(held, counts: *mut Counts) {
+    /// The traffic on the bus, and what a sensor did and refused.
+    fn amg8833_count(held, address: u8, counts: *mut Counts) {
+        let address = or_all(held, address)?;
         let traffic = held.bus.traffic();
-        // SAFETY: the header says that counts are there.
-        unsafe {
-            tell(counts, Counts {
-                transactions: traffic.transactions,
-                bytes: traffic.bytes,
-                bits: traffic.bits,
-                nacks: traffic.nacks,
-            })
+        let mut all = Counts {
+            transactions: traffic.transactions,
+            bytes: traffic.bytes,
+            bits: traffic.bits,
+            nacks: traffic.nacks,
+            ..Counts::default()
+        };
+        if let Some(device) = address.and_then(|address| held.bus.device(address)) {
+            let refused = device.refusals();
+            all.frames = device.frames();
+            (all.int_falls, all.int_releases) = device.edge_counts();
+            all.refused_nacks = refused.nacks;
+            all.refused_asleep = refused.asleep;
+            all.refused_read_only = refused.read_only;
+            all.refused_reserved = refused.reserved;
+            all.refused_without_key = refused.without_key;
+            all.refused_commands = refused.unknown_commands;
         }
-    }
-
-    /// What a sensor did and refused.
-    fn amg8833_sensor_count(held, address: u8, counts: *mut SensorCounts) {
-        let device = held.bus.device(sensor(address)?).ok_or(Error::NoSensor)?;
-        let (refused, (int_falls, int_releases)) = (device.refusals(), device.edge_counts());
         // SAFETY: the header says that counts are there.
-        unsafe {
-            tell(counts, SensorCounts {
-                frames: device.frames(),
-                int_falls,
-                int_releases,
-                nacks: refused.nacks,
-                asleep: refused.asleep,
-                read_only: refused.read_only,
-                reserved: refused.reserved,
-                without_key: refused.without_key,
-                unknown_commands: refused.unknown_commands,
-            })
-        }
+        unsafe { tell(counts, all) }
     }
 }
 

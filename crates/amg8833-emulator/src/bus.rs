@@ -6,7 +6,7 @@ pub(crate) mod wire;
 
 use crate::bus::line::{Control, Course, Line, Wires};
 use crate::bus::sensors::Sensors;
-use crate::bus::wire::{Acknowledged, Talk, Wire};
+use crate::bus::wire::{Acknowledged, Talk, Wire, is_read, known};
 use crate::clock::Clock;
 use crate::device::Device;
 use crate::device::options::Options;
@@ -150,8 +150,8 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         reads: bool,
         talk: &mut dyn FnMut(Carry<'_>),
     ) -> Result<(), BusError> {
-        let talk = Talk::Step { reads, talk };
-        self.transact::<1>(&mut [], &mut Control::default(), address, talk)
+        let control = &mut Control::default();
+        self.transact::<1>(&mut [], control, address, Some(reads), talk)
     }
 
     /// Opens a transaction that goes on by [`step`](Self::step), for a controller whose state is outside, such as a simulated
@@ -239,13 +239,15 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         self.sensors.faults.begin()
     }
 
-    /// Runs one transaction on wires shared with the selected channels of a multiplexer: at most `N` buses.
+    /// Runs one transaction on wires shared with the selected channels of a multiplexer: at most `N` buses. `first` is the
+    /// direction of its first operation, if it has one.
     pub(crate) fn transact<const N: usize>(
         &mut self,
         channels: &mut [Self],
         control: &mut Control,
         address: u8,
-        talk: Talk<'_, '_>,
+        first: Option<bool>,
+        talk: Talk<'_>,
     ) -> Outcome {
         let selected = control.selected;
         let mut numbers = [0; N];
@@ -257,10 +259,10 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         let blocking =
             buses.filter_map(|(number, bus)| bus.sensors.faults.blocking(place, *number));
         let blocked = blocking.min().map(|place| CONTROLLER[place]);
-        if talk.is_empty() {
+        let Some(reads) = first else {
             let gone = blocked.filter(|(_, error)| *error == BusError::Gone);
             return gone.map_or(Ok(()), |(_, error)| Err(error));
-        }
+        };
         let before = self.wire.traffic;
         #[cfg(feature = "alloc")]
         if connected(self, channels, selected)
@@ -275,7 +277,7 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
                 for (number, bus) in numbers.iter().zip(connected(self, channels, selected)) {
                     bus.sensors.faults.settle(place, *number, struck);
                 }
-                self.refuse(address, talk.reads(), kind, error)
+                self.refuse(address, reads, kind, error)
             }
             None => self.carry(channels, control, address, &numbers, talk),
         };
@@ -296,7 +298,7 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         control: &mut Control,
         address: u8,
         numbers: &[u64; N],
-        talk: Talk<'_, '_>,
+        talk: Talk<'_>,
     ) -> Outcome {
         let place = Address::from_bits(address);
         let selected = control.selected;
@@ -405,7 +407,8 @@ impl<C, S> ErrorType for Bus<C, S> {
 impl<C: Clock, S: FrameSource> I2c for Bus<C, S> {
     /// No operations cause no traffic. An empty read or write sends only the address.
     fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Outcome {
-        let talk = Talk::Known(operations);
-        self.transact::<1>(&mut [], &mut Control::default(), address, talk)
+        let first = operations.first().map(is_read);
+        let (control, talk) = (&mut Control::default(), &mut known(operations));
+        self.transact::<1>(&mut [], control, address, first, talk)
     }
 }

@@ -1,7 +1,7 @@
 //! A TCA9548A multiplexer: one bus in, eight out.
 
 use crate::bus::line::Control;
-use crate::bus::wire::Talk;
+use crate::bus::wire::{Talk, is_read, known};
 use crate::bus::{Bus, Carry};
 use crate::clock::Clock;
 use crate::signal::{BusError, Outcome};
@@ -149,10 +149,10 @@ impl<C: Clock, S: FrameSource> Mux<C, S> {
         reads: bool,
         talk: &mut dyn FnMut(Carry<'_>),
     ) -> Result<(), BusError> {
-        self.transact(address, Talk::Step { reads, talk })
+        self.transact(address, Some(reads), talk)
     }
 
-    fn transact(&mut self, address: u8, talk: Talk<'_, '_>) -> Outcome {
+    fn transact(&mut self, address: u8, first: Option<bool>, talk: Talk<'_>) -> Outcome {
         let mut control = Control {
             selected: self.control,
             answers: address == self.address.bits() && !self.held_in_reset,
@@ -161,7 +161,7 @@ impl<C: Clock, S: FrameSource> Mux<C, S> {
         let Self {
             trunk, channels, ..
         } = self;
-        let result = trunk.transact::<BUSES>(channels, &mut control, address, talk);
+        let result = trunk.transact::<BUSES>(channels, &mut control, address, first, talk);
         self.control = control.written.unwrap_or(self.control);
         result
     }
@@ -174,7 +174,8 @@ impl<C, S> ErrorType for Mux<C, S> {
 impl<C: Clock, S: FrameSource> I2c for Mux<C, S> {
     /// As on a single bus; bytes written to the multiplexer's own address take effect at the STOP.
     fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Outcome {
-        self.transact(address, Talk::Known(operations))
+        let first = operations.first().map(is_read);
+        self.transact(address, first, &mut known(operations))
     }
 }
 

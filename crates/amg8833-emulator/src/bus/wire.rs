@@ -25,26 +25,13 @@ pub(crate) type Acknowledged = Result<(), NoAcknowledgeSource>;
 /// Carries out the next operation of a transaction that is still open; an error says which byte was not acknowledged.
 pub type Carry<'a> = &'a mut dyn FnMut(&mut Operation<'_>) -> Result<(), NoAcknowledgeSource>;
 
-/// The operations of one transaction.
-pub(crate) enum Talk<'t, 'o> {
-    Known(&'t mut [Operation<'o>]),
-    /// Decided while the transaction is open; `reads` is the direction of the first.
-    Step {
-        reads: bool,
-        talk: &'t mut dyn FnMut(Carry<'_>),
-    },
-}
+/// Decides the operations of a transaction while it is open.
+pub(crate) type Talk<'t> = &'t mut dyn FnMut(Carry<'_>);
 
-impl Talk<'_, '_> {
-    pub(crate) fn is_empty(&self) -> bool {
-        matches!(self, Self::Known(operations) if operations.is_empty())
-    }
-
-    pub(crate) fn reads(&self) -> bool {
-        match self {
-            Self::Known(operations) => operations.first().is_some_and(is_read),
-            Self::Step { reads, .. } => *reads,
-        }
+/// Operations that are known before, up to the first that is not acknowledged.
+pub(crate) fn known(operations: &mut [Operation<'_>]) -> impl FnMut(Carry<'_>) {
+    |carry| {
+        let _ = operations.iter_mut().try_for_each(carry);
     }
 }
 
@@ -83,11 +70,16 @@ impl<C: Clock> Wire<C> {
         &mut self,
         address: u8,
         wires: &mut Wires<'_, S, N>,
-        talk: Talk<'_, '_>,
+        talk: Talk<'_>,
         happened: FaultSet,
     ) -> Outcome {
         self.begin(happened);
-        let result = self.exchange(address, wires, talk);
+        let (mut reading, mut result) = (None, Ok(()));
+        talk(&mut |operation| {
+            let outcome = self.operation(address, wires, &mut reading, operation);
+            result = result.and(outcome);
+            outcome
+        });
         self.end(address, wires, result)
     }
 
@@ -138,32 +130,6 @@ impl<C: Clock> Wire<C> {
             Some(error),
             FaultSet::default,
         );
-    }
-
-    fn exchange<S: FrameSource, const N: usize>(
-        &mut self,
-        address: u8,
-        wires: &mut Wires<'_, S, N>,
-        talk: Talk<'_, '_>,
-    ) -> Acknowledged {
-        let mut reading = None;
-        match talk {
-            Talk::Known(operations) => {
-                for operation in operations {
-                    self.operation(address, wires, &mut reading, operation)?;
-                }
-                Ok(())
-            }
-            Talk::Step { talk, .. } => {
-                let mut first = Ok(());
-                talk(&mut |operation| {
-                    let outcome = self.operation(address, wires, &mut reading, operation);
-                    first = first.and(outcome);
-                    outcome
-                });
-                first
-            }
-        }
     }
 
     /// One operation, after the START that a change of direction needs.
@@ -262,6 +228,6 @@ impl<C: Clock> Wire<C> {
     }
 }
 
-fn is_read(operation: &Operation<'_>) -> bool {
+pub(crate) fn is_read(operation: &Operation<'_>) -> bool {
     matches!(operation, Operation::Read(_))
 }
