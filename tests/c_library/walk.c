@@ -42,6 +42,10 @@ int main(void) {
   /* 1.7 m at 0.8 m/s. */
   OK(amg8833_advance_ns(&bus, 2125 * AMG8833_MS));
   CHECK(warmest(&bus) > 4 * 24);
+  /* A reset begins the walk again. */
+  OK(set_register(&bus, 0x01, 0x3F));
+  OK(amg8833_advance_ns(&bus, 200 * AMG8833_MS));
+  CHECK(warmest(&bus) > 4 * 18 && warmest(&bus) < 4 * 23);
 
   scene.file_count = 0;
   CHECK_IS(AMG8833_SCENE, amg8833_plug_scene(&bus, 0x68, &scene, message, sizeof message));
