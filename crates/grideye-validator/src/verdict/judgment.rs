@@ -88,11 +88,11 @@ fn criteria(
 }
 
 fn judged_apart(share: FittedShare) -> Criterion {
-    let asked = Question {
-        name: "judged_apart",
-        title: "Judged by other frames than it was fitted to",
-        keys: &[],
-    };
+    let asked = Question(
+        "judged_apart",
+        "Judged by other frames than it was fitted to",
+        &[],
+    );
     let FittedShare { fitted, of } = share;
     if fitted == 0 {
         let found = "The scene was calibrated on another recording.";
@@ -120,11 +120,11 @@ const WARMER: &str = "Record again with a person or another warm object of the s
 type Insufficiency = (String, &'static str);
 
 fn sufficiency(open: Option<Insufficiency>) -> Criterion {
-    let asked = Question {
-        name: "enough_to_tell",
-        title: "The recording shows enough to tell",
-        keys: &["frames_min"],
-    };
+    let asked = Question(
+        "enough_to_tell",
+        "The recording shows enough to tell",
+        &["frames_min"],
+    );
     let found = "The recording shows more than noise.";
     match open {
         Some((reason, remedy)) => asked.with_next(State::Open, reason, remedy),

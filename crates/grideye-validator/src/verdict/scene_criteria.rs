@@ -24,11 +24,11 @@ pub(crate) fn scene(
 }
 
 fn right(decision: &Decision, thresholds: &Thresholds) -> Criterion {
-    let asked = Question {
-        name: "right",
-        title: "A right recording may look like this",
-        keys: &["right_min", "background_spread_c"],
-    };
+    let asked = Question(
+        "right",
+        "A right recording may look like this",
+        &["right_min", "background_spread_c"],
+    );
     if decision.right > thresholds.right_min {
         return asked.answered(State::Met, as_claimed(decision));
     }
@@ -70,11 +70,8 @@ fn as_claimed(decision: &Decision) -> String {
     };
     let place = if moves { "where and when" } else { "where" };
     let excludes = |sought: fn(&Alternative) -> bool| {
-        let mut all = decision
-            .alternatives
-            .iter()
-            .filter(|one| sought(&one.of))
-            .peekable();
+        let alternatives = decision.alternatives.iter();
+        let mut all = alternatives.filter(|one| sought(&one.of)).peekable();
         all.peek().is_some() && all.all(|one| one.finding() == Finding::Excluded)
     };
     let more = |one: &Alternative| matches!(one, Alternative::More(_) | Alternative::Follower(_));
@@ -107,11 +104,7 @@ const NOBODY: &str = "Check that the people and objects of the scene were there,
 const ELSEWHERE: &str = "Check at which second of the scene the recording starts (`--start`), where people and sensor are, and how the image lies (`--align orientation`).";
 
 fn contrast(decision: &Decision) -> Criterion {
-    let asked = Question {
-        name: "contrast",
-        title: "As warm as in the scene",
-        keys: &[],
-    };
+    let asked = Question("contrast", "As warm as in the scene", &[]);
     let in_words = |one: &Contrast| {
         let [low, high] = one.range.map(|end| fixed(end, 2));
         let found = upper(&contrast_in_words(one.of.as_deref(), one.found));
@@ -130,11 +123,11 @@ fn contrast(decision: &Decision) -> Criterion {
 }
 
 fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Criterion {
-    let asked = Question {
-        name: "told_apart",
-        title: "Nothing else explains it",
-        keys: &["background_spread_c"],
-    };
+    let asked = Question(
+        "told_apart",
+        "Nothing else explains it",
+        &["background_spread_c"],
+    );
     let listed = |all: &[&Alternatively]| {
         let mut named: Vec<&str> = all.iter().map(|one| one.what.as_str()).collect();
         let more = format!("{} more", all.len().saturating_sub(NAMED_MOST));
@@ -193,20 +186,11 @@ pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Criteri
             (own_c, fixed(own_c, 2), source, &["ambient_spread_c"])
         }
         None => {
-            let most_c = thresholds.offset_max_c;
-            (
-                most_c,
-                fixed(most_c, 1),
-                "the sensor's accuracy",
-                &["offset_max_c"],
-            )
+            let (most_c, source) = (thresholds.offset_max_c, "the sensor's accuracy");
+            (most_c, fixed(most_c, 1), source, &["offset_max_c"])
         }
     };
-    let asked = Question {
-        name: "level",
-        title: "The level is the scene's",
-        keys,
-    };
+    let asked = Question("level", "The level is the scene's", keys);
     let size = fixed(offset_c.abs(), 2);
     let direction = if offset_c < 0.0 { "colder" } else { "warmer" };
     let sentence = match size.as_str() {
@@ -215,31 +199,21 @@ pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Criteri
             "The recording is {size} °C {direction} than the scene overall; {source} allows {limit} °C."
         ),
     };
-    if offset_c.abs() <= most_c {
-        return asked.answered(State::Met, sentence);
-    }
-    asked.failed(
-        sentence,
-        "Measure the air in the room and set `ambient_c` in the scene. If it is right already, measure the sensor's level with `grideye characterize`.",
-    )
+    let step = "Measure the air in the room and set `ambient_c` in the scene. If it is right already, measure the sensor's level with `grideye characterize`.";
+    asked.met_or(offset_c.abs() <= most_c, sentence, step)
 }
 
 pub(crate) fn drift(evidence: &Evidence<'_>) -> Criterion {
-    let asked = Question {
-        name: "drift",
-        title: "The level keeps to the scene's",
-        keys: &["drift_max_c", "drift_max_c_per_min"],
-    };
+    let asked = Question(
+        "drift",
+        "The level keeps to the scene's",
+        &["drift_max_c", "drift_max_c_per_min"],
+    );
     let [found_c, most_c] = evidence.prior.drift_c;
     let (found, most) = (fixed(found_c, 2), fixed(most_c, 2));
     let sentence = format!(
         "All pixels together drift by {found} °C against the scene; {most} °C is usual in this time."
     );
-    if found_c <= most_c {
-        return asked.answered(State::Met, sentence);
-    }
-    asked.failed(
-        sentence,
-        "Let the sensor warm up before recording, or add to the scene what heats or cools the room.",
-    )
+    let step = "Let the sensor warm up before recording, or add to the scene what heats or cools the room.";
+    asked.met_or(found_c <= most_c, sentence, step)
 }

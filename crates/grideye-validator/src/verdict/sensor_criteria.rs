@@ -76,11 +76,7 @@ impl Inspection {
     }
 
     fn stuck(&self, thresholds: &Thresholds) -> Criterion {
-        let asked = Question {
-            name: "moving_pixels",
-            title: "Every pixel moves",
-            keys: &["false_alarm_max"],
-        };
+        let asked = Question("moving_pixels", "Every pixel moves", &["false_alarm_max"]);
         let (frames, rate) = (self.frames, thresholds.false_alarm_max);
         let Some(stays) = self.stays else {
             let why = "The recording has no noise, so an unchanging pixel is no fault.";
@@ -119,11 +115,7 @@ impl Inspection {
     }
 
     fn steps(&self) -> Criterion {
-        let asked = Question {
-            name: "steps",
-            title: "The steps are the sensor's",
-            keys: &[],
-        };
+        let asked = Question("steps", "The steps are the sensor's", &[]);
         match self.step_words {
             0 => {
                 let why = "Nothing in the recording changes, so its steps are unknown.";
@@ -143,11 +135,11 @@ impl Inspection {
     }
 
     fn thermistor(&self, thresholds: &Thresholds, ambient_c: f64) -> Criterion {
-        let asked = Question {
-            name: "thermistor",
-            title: "Pixels and thermistor belong together",
-            keys: &["thermistor_apart_max_c"],
-        };
+        let asked = Question(
+            "thermistor",
+            "Pixels and thermistor belong together",
+            &["thermistor_apart_max_c"],
+        );
         let most = thresholds.thermistor_apart_max_c;
         let Some(thermistor_c) = self.thermistor_c else {
             return asked.answered(State::NotAsked, "The recording has no thermistor.");
@@ -178,32 +170,21 @@ impl Inspection {
     }
 
     fn rate(&self, thresholds: &Thresholds, scene_hz: f64) -> Criterion {
-        let asked = Question {
-            name: "frame_rate",
-            title: "The rate is the scene's",
-            keys: &["rate_error_max"],
-        };
+        let asked = Question("frame_rate", "The rate is the scene's", &["rate_error_max"]);
         let Some(found_hz) = self.rate_hz else {
             let why = "Too few consecutive frames to tell their rate.";
             return asked.answered(State::NotAsked, why);
         };
         let off = found_hz / scene_hz - 1.0;
         let (found, scene) = (fixed(found_hz, 2), fixed(scene_hz, 2));
-        let (percent, relation) = (
-            fixed(100.0 * off.abs(), 1),
-            if off < 0.0 { "slower" } else { "faster" },
-        );
+        let percent = fixed(100.0 * off.abs(), 1);
+        let relation = if off < 0.0 { "slower" } else { "faster" };
         let allowed = fixed(100.0 * thresholds.rate_error_max, 0);
         let sentence = format!(
             "The recording has {found} new frames per second, {percent} % {relation} than the scene's {scene}; {allowed} % is allowed."
         );
-        if off.abs() <= thresholds.rate_error_max {
-            return asked.answered(State::Met, sentence);
-        }
-        asked.failed(
-            sentence,
-            "Set sampling_hz of the scene's sensor to the real rate, or check why the recording misses frames.",
-        )
+        let step = "Set sampling_hz of the scene's sensor to the real rate, or check why the recording misses frames.";
+        asked.met_or(off.abs() <= thresholds.rate_error_max, sentence, step)
     }
 }
 

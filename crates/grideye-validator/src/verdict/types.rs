@@ -119,16 +119,24 @@ named! {
     }
 }
 
+/// The name and title of a criterion, and the thresholds that it depends on.
 #[derive(Clone, Copy)]
-pub(crate) struct Question {
-    pub(crate) name: &'static str,
-    pub(crate) title: &'static str,
-    pub(crate) keys: &'static [&'static str],
-}
+pub(crate) struct Question(
+    pub(crate) &'static str,
+    pub(crate) &'static str,
+    pub(crate) &'static [&'static str],
+);
 
 impl Question {
     pub(crate) fn answered(&self, state: State, sentence: impl Into<String>) -> Criterion {
         self.with_next(state, sentence, "")
+    }
+
+    pub(crate) fn met_or(&self, is_met: bool, sentence: String, next_step: &str) -> Criterion {
+        match is_met {
+            true => self.answered(State::Met, sentence),
+            false => self.failed(sentence, next_step),
+        }
     }
 
     pub(crate) fn failed(&self, sentence: impl Into<String>, next_step: &str) -> Criterion {
@@ -141,13 +149,14 @@ impl Question {
         sentence: impl Into<String>,
         next_step: impl Into<String>,
     ) -> Criterion {
+        let Self(name, title, keys) = *self;
         Criterion {
-            name: self.name,
-            title: self.title,
+            name,
+            title,
             state,
             sentence: sentence.into(),
             next_step: next_step.into(),
-            keys: self.keys,
+            keys,
         }
     }
 }
