@@ -36,10 +36,8 @@ impl Aligner {
         frames: Vec<Pixels>,
         options: &AlignOptions,
     ) -> Self {
-        let (first_s, last_s) = (
-            times_s.first().copied().unwrap_or_default(),
-            times_s.last().copied().unwrap_or_default(),
-        );
+        let first_s = times_s.first().copied().unwrap_or_default();
+        let last_s = times_s.last().copied().unwrap_or_default();
         let bounds = options.bounds(first_s);
         // Twice as far as the search: a fit must pay for the frames around it.
         let reach_s = 2.0 * BEYOND * bounds.shift_max_s + 1.0;

@@ -133,10 +133,8 @@ impl<'a> Model<'a> {
     }
 
     fn start_s(&self, point: &[f64]) -> f64 {
-        let place = self
-            .unknowns
-            .iter()
-            .position(|one| one.key == RECORDING_START);
+        let mut unknowns = self.unknowns.iter();
+        let place = unknowns.position(|one| one.key == RECORDING_START);
         place.map_or(0.0, |place| self.values(point)[place])
     }
 

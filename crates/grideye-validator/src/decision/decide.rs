@@ -109,10 +109,8 @@ impl Decision {
         let off = |one: &&Contrast| is_outside(one.found, one.range);
         let by =
             |one: &Contrast| (one.range[0] / one.found.max(0.01)).max(one.found / one.range[1]);
-        self.contrasts
-            .iter()
-            .filter(off)
-            .max_by(|a, b| by(a).total_cmp(&by(b)))
+        let contrasts = self.contrasts.iter();
+        contrasts.filter(off).max_by(|a, b| by(a).total_cmp(&by(b)))
     }
 
     /// Alternatives of which the recording says this.

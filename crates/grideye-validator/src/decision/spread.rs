@@ -166,10 +166,8 @@ impl Spread {
             (statistic, Distribution::new(values.collect()))
         };
         spread.of = all.into_iter().map(distribution).collect();
-        let all: Vec<_> = of_kinds
-            .iter()
-            .map(|one| spread.farthest_by_kind(one))
-            .collect();
+        let of_kinds = of_kinds.iter();
+        let all: Vec<_> = of_kinds.map(|one| spread.farthest_by_kind(one)).collect();
         spread.kinds = std::array::from_fn(|kind| {
             Distribution::new(all.iter().map(|farthest| farthest[kind].1).collect())
         });

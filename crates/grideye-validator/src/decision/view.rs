@@ -523,8 +523,6 @@ pub(crate) fn levels_c(images: &[Image]) -> Vec<f64> {
 }
 
 pub(crate) fn turned(images: &[Image], orientation: Orientation) -> Vec<Image> {
-    images
-        .iter()
-        .map(|image| orientation.apply(image))
-        .collect()
+    let images = images.iter();
+    images.map(|image| orientation.apply(image)).collect()
 }

@@ -22,10 +22,8 @@ impl Drift {
             return Self::default();
         }
         let level = level(left);
-        let common: Vec<f64> = left
-            .iter()
-            .map(|frame| common_offset(frame, &level))
-            .collect();
+        let left = left.iter();
+        let common: Vec<f64> = left.map(|frame| common_offset(frame, &level)).collect();
         let common: Vec<(f64, f64)> = times_s.iter().copied().zip(common).collect();
         let mut knots = windowed_mean(&common, WINDOW_S);
         let all: Vec<f64> = knots.iter().map(|knot| knot.1).collect();

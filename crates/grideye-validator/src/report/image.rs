@@ -91,8 +91,8 @@ pub(crate) fn scale(shows: Shows) -> String {
         Shows::Temperatures((low, high)) => (low, high, &INFERNO),
         Shows::Differences { limit_c } => (-limit_c, limit_c, &DIFFERENCE),
     };
+    let stops = stops.iter();
     let steps = stops
-        .iter()
         .map(|[r, g, b]| format!("rgb({r} {g} {b})"))
         .collect::<Vec<_>>()
         .join(",");
@@ -156,10 +156,8 @@ pub(crate) fn key_frame(comparison: &Comparison) -> Option<&FilmFrame> {
             .map(|value| (value - mean).powi(2))
             .sum::<f64>()
     };
-    comparison
-        .film
-        .iter()
-        .max_by(|a, b| contrast(a).total_cmp(&contrast(b)))
+    let film = comparison.film.iter();
+    film.max_by(|a, b| contrast(a).total_cmp(&contrast(b)))
 }
 
 pub(crate) fn maps_section(comparison: &Comparison) -> String {

@@ -494,10 +494,8 @@ pub(crate) fn lag(
         (None, Protocol::Static) => STATIC_LAG_FRAMES,
         (None, Protocol::Dynamic) => period(timed).map_or(STATIC_LAG_FRAMES, lag_of_period),
     };
-    let (is_lag, expected) = (
-        (1..=LAG_FRAMES_MAX).contains(&lag),
-        "a number from 1 to 600",
-    );
+    let is_lag = (1..=LAG_FRAMES_MAX).contains(&lag);
+    let expected = "a number from 1 to 600";
     check_setting(is_lag, "lag_frames", expected, count(lag))?;
     Ok(lag)
 }
@@ -553,10 +551,8 @@ pub(crate) fn chosen(
         celsius: timed[index].celsius,
         later: repeat(timed, index, lag_frames).copied(),
     };
-    chosen
-        .into_iter()
-        .map(|place| frame(candidates[place]))
-        .collect()
+    let chosen = chosen.into_iter();
+    chosen.map(|place| frame(candidates[place])).collect()
 }
 
 /// The frame with a sequence number `lag_frames` higher; `None` across a gap or a restarted count.

@@ -70,10 +70,8 @@ fn begins(timeline: &Timeline) -> String {
             "{taken}, because the device's clock was never set: the trajectory's UTC was not used."
         ),
         Joined::Utc => {
-            let (by, side) = (
-                fixed(start_s.abs(), 3),
-                if start_s < 0.0 { "before" } else { "after" },
-            );
+            let by = fixed(start_s.abs(), 3);
+            let side = if start_s < 0.0 { "before" } else { "after" };
             format!("By UTC, the recording begins {by} s {side} the scene's start.")
         }
     }
