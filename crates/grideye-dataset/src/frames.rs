@@ -371,10 +371,8 @@ impl Maker<'_> {
 
     /// Takes a cached set that differs only in its agents.
     fn of_the_same_room(&mut self, scene: &Scene) -> Option<Set> {
-        let at = self
-            .kept
-            .iter()
-            .position(|(_, set)| set.scene.has_the_room_of(scene))?;
+        let mut kept = self.kept.iter();
+        let at = kept.position(|(_, set)| set.scene.has_the_room_of(scene))?;
         let (_, set) = self.kept.remove(at)?;
         Rc::into_inner(set)
     }

@@ -9,7 +9,7 @@ use grideye_scene::{Scene, Simulator};
 use grideye_variation::Value;
 
 /// The labeled frames of a part.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Part {
     /// The part's number, from 0.
     pub number: u64,
@@ -123,20 +123,10 @@ impl Part {
             labels: Vec::new(),
         });
         Self {
-            number: 0,
             size,
-            frame: Vec::new(),
-            clip: Vec::new(),
-            time_s: Vec::new(),
-            noise_seed: Vec::new(),
-            celsius: Vec::new(),
-            truth_c: Vec::new(),
-            empty_c: Vec::new(),
-            excess_c: Vec::new(),
-            clear: Vec::new(),
-            people: Vec::new(),
             agents: agents.collect(),
             varied,
+            ..Self::default()
         }
     }
 

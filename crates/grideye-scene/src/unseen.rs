@@ -65,10 +65,8 @@ impl Scene {
         };
         let (here, never): (Vec<&Agent>, Vec<&Agent>) =
             self.agents.iter().partition(|agent| agent.is_ever_here());
-        let mut found: Vec<Unseen> = never
-            .iter()
-            .map(|agent| of(Why::NeverHere, &agent.name))
-            .collect();
+        let never = never.iter();
+        let mut found: Vec<Unseen> = never.map(|agent| of(Why::NeverHere, &agent.name)).collect();
         if sensors.is_empty() {
             return found;
         }
@@ -84,10 +82,8 @@ impl Scene {
         found.extend(warm.map(|object| of(Why::HeatOutOfView, &object.name)));
         for one in sensors {
             let is_empty = self.objects.is_empty() && here.is_empty();
-            let sees_objects = self
-                .objects
-                .iter()
-                .any(|body| self.is_in_view(one, &body.mesh));
+            let mut objects = self.objects.iter();
+            let sees_objects = objects.any(|body| self.is_in_view(one, &body.mesh));
             let unseen = || self.not_seen_by(one, &here, goes_on).len();
             if !is_empty && !sees_objects && unseen() == here.len() {
                 let sensor = None;
@@ -136,8 +132,8 @@ impl Scene {
             }
             simulator.replace_agents(near.iter().copied().cloned().collect());
             let (.., filled) = simulator.labeled(time, 0);
+            let near = near.iter();
             let seen = near
-                .iter()
                 .zip(filled)
                 .filter(|(_, filled)| filled.seen.pixels() > SEEN_PIXELS);
             let seen: Vec<&str> = seen.map(|(agent, _)| agent.name.as_str()).collect();

@@ -34,7 +34,7 @@ const TIME: &str = "time_s";
 const PEOPLE: &str = "people";
 
 /// A scene and which of its values vary.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Recipe {
     text: String,
     origin: String,
@@ -105,12 +105,8 @@ impl Recipe {
         let mut recipe = Self {
             text: bare(text),
             origin: origin.to_owned(),
-            varied: Vec::new(),
-            placed: Vec::new(),
-            actors: Vec::new(),
-            columns: Vec::new(),
             agents: target::agents(&document),
-            asked: Vec::new(),
+            ..Self::default()
         };
         for asked in asked::all((text, origin), &document, asked)? {
             if recipe.asked.last() != Some(&asked.said) {

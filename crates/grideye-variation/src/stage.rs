@@ -76,10 +76,8 @@ pub(crate) fn ways(
         .filter(|agent| !acts(&agent.name) && !is_placed(&agent.name))
         .collect();
     let stage = Stage::of(scene, &others);
-    let walkers: Vec<_> = others
-        .iter()
-        .filter(|agent| agent.trajectory.is_some())
-        .collect();
+    let others = others.iter();
+    let walkers: Vec<_> = others.filter(|agent| agent.trajectory.is_some()).collect();
     let mut generators: Vec<_> = actors
         .iter()
         .map(|(actor, _)| generator(seed, &format!("{} way", actor.asked.key), index))

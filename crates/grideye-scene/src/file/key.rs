@@ -200,11 +200,8 @@ fn name<'a>(table: &'a Spanned<DeValue<'_>>) -> Option<&'a str> {
 
 /// The names of the tables in a list.
 pub fn names<'a>(tables: &'a Spanned<DeValue<'_>>) -> impl Iterator<Item = String> + 'a {
-    let tables = tables
-        .get_ref()
-        .as_array()
-        .into_iter()
-        .flat_map(|tables| tables.iter());
+    let lists = tables.get_ref().as_array().into_iter();
+    let tables = lists.flat_map(|tables| tables.iter());
     tables.filter_map(|table| name(table).map(str::to_owned))
 }
 

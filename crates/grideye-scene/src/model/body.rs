@@ -248,19 +248,11 @@ impl Agent {
             ..part.clone()
         });
         // Not the rest of a copy: a trajectory is long.
-        Self {
-            name: self.name.clone(),
-            parts: parts.collect(),
-            start_m: place_m,
-            trajectory: None,
-            turns: None,
-            touches: self.touches.clone(),
-            keeps: Vec::new(),
-            person: self.person.map(|person| Person {
-                facing: turn,
-                ..person
-            }),
-        }
+        let mut standing = Self::at_rest(&self.name, parts.collect(), place_m);
+        standing.touches.clone_from(&self.touches);
+        let facing = turn;
+        standing.person = self.person.map(|person| Person { facing, ..person });
+        standing
     }
 
     /// The way a walker faces: where it goes within a step's time, so that a tracker's noise does not turn it.

@@ -221,10 +221,8 @@ impl Physical {
         mut each: impl FnMut(&mut LineBuffers),
     ) {
         let (low, high) = self.ends(band);
-        let (whole, cut) = (
-            [low, high],
-            (!cuts.is_empty()).then(|| merged(&[low, high], cuts, CUT_MIN * (high - low))),
-        );
+        let whole = [low, high];
+        let cut = (!cuts.is_empty()).then(|| merged(&[low, high], cuts, CUT_MIN * (high - low)));
         let parts = cut.as_deref().unwrap_or(&whole);
         for part in parts.windows(2) {
             let ends = (part[0], part[1]);

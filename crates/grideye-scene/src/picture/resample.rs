@@ -43,8 +43,8 @@ fn taps(inputs: usize, outputs: usize, output: usize) -> Vec<(usize, f64)> {
         })
         .collect();
     let total: f64 = weighted.iter().map(|(_, weight)| weight).sum();
+    let weighted = weighted.into_iter();
     weighted
-        .into_iter()
         .map(|(input, weight)| (input, weight / total))
         .collect()
 }
