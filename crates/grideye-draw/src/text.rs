@@ -1,5 +1,6 @@
 //! Text for people: escaping, signed numbers, times, counts.
 
+use std::fmt::Display;
 use std::time::Duration;
 
 /// Escapes text for an element or a quoted attribute.
@@ -58,14 +59,19 @@ pub fn signed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// A number of frames: `1 frame`, `3 frames`.
+/// A number of things: `1 frame`, `3 frames`.
+#[must_use]
+pub fn counted(number: impl Display, what: &str) -> String {
+    match number.to_string().as_str() {
+        "1" => format!("1 {what}"),
+        number => format!("{number} {what}s"),
+    }
+}
+
+/// A number of frames.
 #[must_use]
 pub fn frames(number: usize) -> String {
-    if number == 1 {
-        "1 frame".to_owned()
-    } else {
-        format!("{number} frames")
-    }
+    counted(number, "frame")
 }
 
 /// A time in seconds with one decimal.

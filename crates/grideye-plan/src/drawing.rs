@@ -182,8 +182,7 @@ fn summary(scene: &Scene, way: Option<&str>) -> String {
 fn counted(count: usize, what: &str) -> String {
     match count {
         0 => format!("no {what}s"),
-        1 => format!("1 {what}"),
-        _ => format!("{count} {what}s"),
+        _ => grideye_draw::text::counted(count, what),
     }
 }
 

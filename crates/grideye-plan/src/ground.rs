@@ -109,10 +109,8 @@ fn before_walls(room: &Room, sensor: &Sensor) -> Vec<DVec2> {
             let (wall, towards) = (end - start, start - from);
             // Positive where the ray leaves the room: a sensor on a wall does not meet that wall.
             let slope = ray.perp_dot(wall);
-            let (reach, share) = (
-                towards.perp_dot(wall) / slope,
-                towards.perp_dot(ray) / slope,
-            );
+            let reach = towards.perp_dot(wall) / slope;
+            let share = towards.perp_dot(ray) / slope;
             let is_met = slope > 0.0 && (0.0..=1.0).contains(&share) && reach > -ASIDE_RAD;
             is_met.then_some(reach)
         };

@@ -18,7 +18,7 @@ enum Shape {
 }
 
 /// The figure in a room, at every turn.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Stands {
     /// Seen in the paper's model, and what must fit in any: few flat faces. The front is +x.
     blocks: Vec<Body>,
@@ -65,13 +65,8 @@ impl Figure {
     /// An adult of mean height and build, standing, in shirt and sweater.
     #[must_use]
     pub fn standing() -> Self {
-        let posture = Posture::Stand;
-        Self::new(Person::new(
-            Person::HEIGHT_M,
-            1.0,
-            posture,
-            Clothing::INDOOR,
-        ))
+        let (height_m, posture) = (Person::HEIGHT_M, Posture::Stand);
+        Self::new(Person::new(height_m, 1.0, posture, Clothing::INDOOR))
     }
 
     /// A person: standing on the floor, sitting also on a seat of up to 0.6 m, lying also in a bed of up to 0.8 m.
@@ -92,17 +87,13 @@ impl Figure {
     /// An agent of a scene at its start; one of parts, or of a single body, only stands on the floor.
     #[must_use]
     pub fn of_agent(agent: &Agent) -> Self {
-        let parts = || {
-            agent
-                .parts
-                .iter()
-                .map(|part| part.placed(0.0, -agent.start_m))
-        };
+        let parts = agent.parts.iter();
+        let parts = parts.map(|part| part.placed(0.0, -agent.start_m));
         Self {
             name: format!("agent `{}`", agent.name),
             shape: match agent.person {
                 Some(person) => Shape::Person(person),
-                None => Shape::Parts(parts().collect()),
+                None => Shape::Parts(parts.collect()),
             },
         }
     }
@@ -114,14 +105,7 @@ impl Figure {
     }
 
     pub(crate) fn in_room(&self, scene: &Scene, turns_deg: &[f64]) -> Stands {
-        let mut stands = Stands {
-            blocks: Vec::new(),
-            in_seat: 0,
-            round: Vec::new(),
-            seat_m: 0.0,
-            height_m: 0.0,
-            climbs_m: 0.0,
-        };
+        let mut stands = Stands::default();
         match &self.shape {
             Shape::Parts(parts) => stands.blocks.clone_from(parts),
             Shape::Person(person) => {

@@ -173,10 +173,8 @@ impl Builder<'_> {
     fn ground_m(&self, at_m: DVec2) -> Option<f64> {
         let spans = self.blockers.column(at_m);
         let is_free = |height_m: &f64| {
-            let (low, high) = (
-                height_m + FreeSpace::TOLERANCE_M,
-                height_m + self.figure.height_m - FreeSpace::TOLERANCE_M,
-            );
+            let low = height_m + FreeSpace::TOLERANCE_M;
+            let high = height_m + self.figure.height_m - FreeSpace::TOLERANCE_M;
             spans.iter().all(|span| span.1 <= low || span.0 >= high)
         };
         let highest = self.level_m + self.figure.climbs_m + FreeSpace::TOLERANCE_M;

@@ -314,10 +314,8 @@ impl Search<'_> {
 
 /// At most so many candidates that gain most, none of which is close to another.
 fn starts<'a>(pool: &'a [Trial], given: &Tally<'_>, most: usize) -> Vec<&'a Trial> {
-    let mut rated: Vec<(Gain, &Trial)> = pool
-        .iter()
-        .map(|trial| (trial.gain(given), trial))
-        .collect();
+    let pool = pool.iter();
+    let mut rated: Vec<(Gain, &Trial)> = pool.map(|trial| (trial.gain(given), trial)).collect();
     rated.sort_by(|one, other| other.0.cmp(&one.0));
     let mut starts: Vec<&Trial> = Vec::new();
     for (_, trial) in rated {

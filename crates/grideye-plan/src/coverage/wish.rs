@@ -130,10 +130,8 @@ pub(crate) fn check(count: usize, wish: &Wish) -> Result<(), CoverageError> {
         check_count(what, found, limits::PICKED_MAX, hint)?;
     }
     if !(wish.sigma_min.is_finite() && wish.sigma_min > 0.0) {
-        let (what, found) = (
-            "the contrast to detect",
-            format!("{} sigma", wish.sigma_min),
-        );
+        let what = "the contrast to detect";
+        let found = format!("{} sigma", wish.sigma_min);
         let hint = "3 sigma is the usual limit of detection";
         return Err(CoverageError::value(what, &found, "a number above 0", hint));
     }

@@ -124,9 +124,8 @@ impl Pair {
 }
 
 fn pictures(scene: &Scene) -> Result<Vec<Image>, SceneError> {
-    scene
-        .sensors()
-        .iter()
+    let sensors = scene.sensors().iter();
+    sensors
         .map(|sensor| Ok(Simulator::new(scene, &sensor.name)?.image(Duration::ZERO)))
         .collect()
 }

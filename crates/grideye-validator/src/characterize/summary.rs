@@ -4,7 +4,7 @@ use crate::characterize::characterization::{Characterization, NOMINAL_HZ};
 use crate::characterize::presence::Presence;
 use crate::metrics::room_difference::Spot;
 use crate::numbers::long_count;
-use grideye_draw::text::{fixed, signed};
+use grideye_draw::text::{counted, fixed, signed};
 use grideye_frame::COLUMNS;
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Display};
@@ -131,7 +131,7 @@ impl Characterization {
         lines.add("frames recorded as missing", number, why);
         let gaps = match self.gaps {
             0 => String::new(),
-            gaps => format!("at {}", times(gaps, "place")),
+            gaps => format!("at {}", counted(gaps, "place")),
         };
         lines.add("sequence numbers left out", self.skipped, gaps);
     }
@@ -224,7 +224,7 @@ impl Characterization {
         lines.add("duplicate frames, %", share, in_a_row);
         let pixels = match faults.glitch_frames {
             0 => String::new(),
-            _ => times(faults.glitch_pixels, "pixel"),
+            _ => counted(faults.glitch_pixels, "pixel"),
         };
         lines.add("frames with a glitch", faults.glitch_frames, pixels);
     }
@@ -235,10 +235,8 @@ impl Characterization {
             return;
         };
         let (mean, scene) = (fixed(thermistor.mean_c, 2), fixed(thermistor.scene_c, 2));
-        let (above, both) = (
-            fixed(thermistor.offset_c, 2),
-            format!("{mean} over {scene}"),
-        );
+        let above = fixed(thermistor.offset_c, 2);
+        let both = format!("{mean} over {scene}");
         lines.add("thermistor over the scene, °C", above, both);
         let sigma = fixed(thermistor.sigma_c, 3);
         lines.add("noise of the thermistor, °C", sigma, "");
@@ -254,9 +252,4 @@ impl Display for Spot {
             "rows {row} and {next_row}, columns {column} and {next_column}"
         )
     }
-}
-
-fn times(count: u64, what: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {what}{plural}")
 }

@@ -4,6 +4,7 @@ use super::found::{Report, place, share};
 use crate::coverage::floor::Kind;
 use crate::coverage::map::Spot;
 use crate::coverage::wish::Rule;
+use grideye_draw::text::counted;
 
 const COLUMNS_MAX: usize = 120;
 
@@ -87,11 +88,8 @@ fn summary(found: &Report<'_>) -> String {
     let totals = &found.map.totals;
     let mut text = String::from("\n");
     if found.choice.is_some() {
-        let by_count = found
-            .steps
-            .iter()
-            .enumerate()
-            .skip(found.kept.saturating_sub(1));
+        let steps = found.steps.iter();
+        let by_count = steps.enumerate().skip(found.kept.saturating_sub(1));
         let parts: Vec<String> = by_count
             .map(|(index, map)| {
                 let share = percent(map.totals.detected, map.totals.places);
@@ -198,11 +196,4 @@ fn character(found: &Report<'_>, spot: &Spot) -> char {
 
 fn percent(part: usize, whole: usize) -> String {
     format!("{:.1} %", 100.0 * share(part, whole))
-}
-
-fn counted(count: usize, what: &str) -> String {
-    match count {
-        1 => format!("1 {what}"),
-        _ => format!("{count} {what}s"),
-    }
 }
