@@ -152,10 +152,10 @@ fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Criterion {
     }
     let untold: Vec<&Alternatively> = decision.found(Finding::Open).collect();
     if untold.is_empty() {
-        let number = decision.alternatives.len() - alike.len();
-        let none = match number {
-            1 => "The other explanation does not fit.".to_owned(),
-            _ => format!("None of {number} other explanations fits."),
+        let excluded: Vec<&Alternatively> = decision.found(Finding::Excluded).collect();
+        let none = match excluded.as_slice() {
+            [] => "Nothing else was simulated.".to_owned(),
+            others => format!("The recording would not fit {}.", listed(others)),
         };
         return asked.answered(State::Met, none + &same);
     }

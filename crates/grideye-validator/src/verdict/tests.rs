@@ -295,7 +295,7 @@ fn an_explanation_that_is_the_scene_itself_does_not_count() {
     assert_eq!(
         told.map(|one| one.sentence.as_str()),
         Some(
-            "The other explanation does not fit. To this sensor, the scene looks the same as the scene in reverse."
+            "The recording would not fit a room with nothing warm. To this sensor, the scene looks the same as the scene in reverse."
         )
     );
 }
