@@ -246,6 +246,20 @@ pub fn keep_picture(browser: &Browser, name: &str) -> Outcome {
     Ok(())
 }
 
+/// Drops a file of this name and text on the page.
+///
+/// # Errors
+/// If the browser refuses.
+pub fn drop_file(browser: &Browser, name: &str, text: &str) -> Outcome {
+    let (name, text) = (json!(name), json!(text));
+    let script = format!(
+        "const dataTransfer = new DataTransfer();
+         dataTransfer.items.add(new File([{text}], {name}));
+         for (const kind of ['dragover', 'drop']) document.body.dispatchEvent(new DragEvent(kind, {{ bubbles: true, cancelable: true, dataTransfer }}));"
+    );
+    browser.execute(&script).map(drop)
+}
+
 /// A server, a browser on its page, and the folder of the store.
 ///
 /// # Errors

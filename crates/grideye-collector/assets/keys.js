@@ -16,10 +16,10 @@ const ON_PICTURES = [
 export function commands(keys, others = ON_PICTURES) {
   const dialog = document.querySelector("#keys");
   const list = dialog.querySelector("dl");
-  // By what they do, first what works everywhere.
-  const rank = ({ says }) => `${says.startsWith("recording:") ? 1 : 0} ${says}`;
-  const said = Object.entries(keys).filter(([, { says }]) => says).sort(([, one], [, other]) => (rank(one) < rank(other) ? -1 : 1));
-  const all = [...said.map(([key, { says, writes }]) => [NAMES.get(key) ?? key, says, writes]), ...others, ["?", "show this list"]];
+  const said = Object.entries(keys).filter(([, { says }]) => says).map(([key, { says, writes }]) => [NAMES.get(key) ?? key, says, writes]);
+  // Letters first, then digits and signs, then named keys; a to z within each.
+  const kind = (key) => (key.length > 1 ? 2 : /[a-z]/i.test(key) ? 0 : 1);
+  const all = [...said, ...others, ["?", "show this list"]].sort(([one], [other]) => kind(one) - kind(other) || one.localeCompare(other, "en"));
   list.replaceChildren(...all.map((line) => row(...line)));
   const open = () => dialog.showModal();
   document.querySelector("#show-keys").addEventListener("click", open);

@@ -114,7 +114,7 @@ function followAddress() {
   for (const control of ["#look", "#unfold"]) document.querySelector(control).hidden = !["sensors", "playback"].includes(view);
   devices.show(view === "devices");
   library.show(view === "recordings");
-  playback.show(address.has("file") ? FILE : address.get("recording"));
+  playback.show(address.has("file") ? FILE : address.get("recording"), address.has("play"));
   large = address.get("sensor");
   arrange();
   sensors.get(large)?.picture.focus();

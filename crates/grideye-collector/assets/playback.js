@@ -74,8 +74,8 @@ export class Playback {
     if (!this.#section.hidden) this.show(FILE);
   }
 
-  /** Opens the recording with that number, or closes it with `null`. */
-  async show(id) {
+  /** Opens the recording with that number, or closes it with `null`; a file, or with `plays`, plays by itself. */
+  async show(id, plays = false) {
     this.#section.hidden = id === null;
     if (id === this.#id) return;
     this.#clear();
@@ -95,7 +95,7 @@ export class Playback {
       // Another recording may be open by now.
       if (!isOpen()) return;
       this.#take(recorded);
-      if (file !== null && recorded.tracks.length > 0) this.#player.toggle();
+      if ((file !== null || plays) && recorded.tracks.length > 0) this.#player.toggle();
     } catch (error) {
       if (isOpen()) this.#load(error.message);
     }
@@ -110,8 +110,7 @@ export class Playback {
   }
 
   #offerBeside() {
-    // The collector compares only what it has.
-    if (!this.#beside || this.#id === FILE) return;
+    if (!this.#beside) return;
     for (const sensor of this.#sensors) sensor.offerBeside(brought.panel.title);
     // A single sensor shows its last choice again.
     if (this.#sensors.length === 1) this.#watch(this.#sensors[0]);
@@ -121,8 +120,11 @@ export class Playback {
     this.#watched?.watch(null);
     this.#watched = sensor;
     const track = sensor?.track;
-    const key = `${track?.key} of recording ${this.#id}`;
-    this.#beside?.follow(sensor === null ? null : { key, device: track.device, sensor: track.sensor, recording: this.#id });
+    const isFile = this.#id === FILE;
+    const key = `${track?.key} of ${isFile ? `file ${this.#file?.name}` : `recording ${this.#id}`}`;
+    // The collector does not keep a file, so its frames go with each comparison.
+    const frames = isFile && sensor !== null ? (...which) => track.sent(...which) : null;
+    this.#beside?.follow(sensor === null ? null : { key, device: track.device, sensor: track.sensor, recording: this.#id, frames });
     sensor?.watch(this.#beside);
   }
 

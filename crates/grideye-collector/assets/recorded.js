@@ -127,6 +127,21 @@ class Rows {
     };
   }
 
+  /** The row as agents send it. */
+  sent(row) {
+    const missing = this.missing(row);
+    const from = (this.#place(row) + 40) / 2;
+    const steps = this.#view.getInt16(this.#place(row) + 36, true);
+    // Pixels are two's complement of 12 bits, the thermistor sign and magnitude.
+    const pixels = Array.from(this.#words.subarray(from, from + 64), (word) => word & 0xfff);
+    const thermistor = steps === NO_THERMISTOR ? {} : { thermistor_raw: steps < 0 ? 0x800 | -steps : steps };
+    const ns = (seconds) => Math.round(seconds * NS);
+    return {
+      seq: this.seq(row), t_boot_ns: ns(this.bootTime(row)), t_utc_ns: ns(this.wallTime(row)), clock: this.clock(row),
+      ...(missing === null ? { pixels_raw: pixels, ...thermistor } : { missing }),
+    };
+  }
+
   #place(row) {
     return this.#at + row * this.#head.row_bytes;
   }

@@ -85,6 +85,14 @@ export class Track {
     return index < 0 || index >= this.#times.length || this.isEnd(index) ? null : this.#times[index];
   }
 
+  /** The frames of a boot in the `seconds` until a time of its clock, as agents send them. */
+  sent(boot, until_ns, seconds) {
+    const [from, until] = [until_ns / 1e9 - seconds - SAME_S, until_ns / 1e9 + SAME_S];
+    const isMeant = ({ kind, row, boot: of }) => kind <= MISSING && of === boot && this.#rows.bootTime(row) >= from && this.#rows.bootTime(row) <= until;
+    const frames = this.#moments.filter(isMeant).map(({ row }) => this.#rows.sent(row));
+    return { device: this.device, boot, sensors: [{ sensor: this.sensor, frames }] };
+  }
+
   /** Seconds of the next gap; null if there is none. */
   gapAfter(seconds) {
     const from = this.indexAt(seconds) + 1;

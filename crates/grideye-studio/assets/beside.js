@@ -6,6 +6,7 @@ import { DIFFERENCES, rangeAround, signed, summed } from "./difference.js";
 import { HeatMap } from "./heatmap.js";
 import { keep, kept } from "./keep.js";
 import { offer } from "./offers.js";
+import { UPRIGHT, placeOf } from "./orientation.js";
 import { RoomView } from "./room-view.js";
 import { Steady, cssOf, labelTicks, paintBar } from "./scale.js";
 import { Scores } from "./scores.js";
@@ -13,6 +14,8 @@ import { Rooms, Simulation, fetched, momentOf } from "./simulation.js";
 import { HOW_TO_READ, degrees, duration, fieldsOf, say } from "./words.js";
 
 const ASK_MS = 2_000;
+// What is warm has a name on the image.
+const [WARM_CELSIUS, BESIDE_M] = [1, 0.5];
 const NOTHING = { open: false, scene: null, sensor: null, originNs: null, boot: null, again: false, seconds: 10 };
 const SIDES = ["real", "simulated", "difference"];
 
@@ -39,6 +42,9 @@ export class Beside {
   #opening = null;
   #toggled;
   #among;
+  // In the sentences about it.
+  #real = "Real";
+  #orientation = UPRIGHT;
 
   /**
    * The panel opens in `place`; `look` is how images are drawn, `among` names the group that shares a scale, and `toggled`
@@ -50,7 +56,10 @@ export class Beside {
     if (among === "live" && template.dataset.scene !== undefined) {
       // The sensor of the demonstration sees its scene again and again.
       this.#opening = { ...template.dataset, again: true };
+      this.#real = "Emulated sensor";
       say(root.querySelector("[data-side=real] figcaption"), "Emulated sensor");
+      say(root.querySelector("[data-side=difference] figcaption"), "Emulated − simulated");
+      say(root.querySelector("[data-field=footprints] option"), "emulated");
       say(root.querySelector("h2"), "Emulated sensor beside its simulated scene");
     }
     this.#place = place;
@@ -75,7 +84,8 @@ export class Beside {
   }
 
   /**
-   * Follows a sensor: `{ key, device, sensor }`, in playback also `recording`; `null` closes the panel. The last choice for
+   * Follows a sensor: `{ key, device, sensor }`, in playback also `recording`, and of a file its `frames(boot, until_ns,
+   * seconds)`; `null` closes the panel. The last choice for
    * the key applies again, but the first live sensor gets the scene that the page opens with.
    */
   async follow(source) {
@@ -110,6 +120,7 @@ export class Beside {
 
   /** The orientation of the images. */
   orient(orientation) {
+    this.#orientation = orientation;
     for (const side of SIDES) this.#sides[side].heat.orient(orientation);
   }
 
@@ -276,6 +287,19 @@ export class Beside {
     this.#drawn = room;
     this.#room.color(room.drawing.sensors.map((_, index) => (index === number ? shown : undefined)));
     this.#fields.room.dataset.known = moment.state === "within";
+    this.#name(room, number);
+  }
+
+  /** Names what is warm on the simulated image. */
+  #name(room, number) {
+    const { simulated } = this.#values;
+    const names = simulated === null ? [] : warmOf(room.drawing, number, simulated).map(([name, pixels]) => {
+      const item = Object.assign(document.createElement("li"), { textContent: name });
+      const [across, down] = [0, 1].map((axis) => pixels.reduce((sum, pixel) => sum + placeOf(pixel, this.#orientation)[axis] + 0.5, 0) / pixels.length);
+      Object.assign(item.style, { left: `${12.5 * across}%`, top: `${12.5 * down}%` });
+      return item;
+    });
+    this.#fields.names.replaceChildren(...names);
   }
 
   /** Covers an image that is not of this moment with the reason; one without a frame is blank. */
@@ -297,10 +321,10 @@ export class Beside {
     this.#fields.cursor.dataset.reading = cell !== null;
     if (!real) return;
     if (cell === null) {
-      say(this.#fields.cursor, differences === null ? HOW_TO_READ : summed(differences));
+      say(this.#fields.cursor, differences === null ? HOW_TO_READ : summed(this.#real, differences));
       return;
     }
-    const parts = [`Pixel ${cell + 1}: real ${degrees(real[cell])}`];
+    const parts = [`Pixel ${cell + 1}: ${this.#real.toLowerCase()} ${degrees(real[cell])}`];
     if (simulated !== null) parts.push(`simulated ${degrees(simulated[cell])}`);
     if (differences !== null) parts.push(`difference ${signed(differences[cell], 2)} °C`);
     say(this.#fields.cursor, parts.join(", "));
@@ -329,7 +353,7 @@ export class Beside {
     this.#asking = true;
     const [simulation, { scene, sensor }] = [this.#simulation, this.#chosen];
     const path = `/v1/scenes/${encodeURIComponent(scene)}/sensors/${encodeURIComponent(sensor)}/comparison`;
-    const answer = await fetched(`${path}?${this.#question(frame, boot, moment)}`);
+    const answer = await fetched(`${path}?${this.#question(frame, boot, moment)}`, this.#sent(frame, boot, moment));
     setTimeout(() => { this.#asking = false; }, ASK_MS);
     if (simulation !== this.#simulation) return;
     this.#answeredFor = asks;
@@ -343,11 +367,20 @@ export class Beside {
     else this.#scores.show(answer);
   }
 
+  /** Of a file, its frames before this moment or before the scene's end. */
+  #sent(frame, boot, { state, since }) {
+    const { frames } = this.#source;
+    if (!frames) return {};
+    const until = frame.t_boot_ns - (state === "ended" ? since * 1e9 : 0);
+    const body = JSON.stringify(frames(boot, until, this.#chosen.seconds));
+    return { method: "POST", headers: { "content-type": "application/json" }, body };
+  }
+
   #question(frame, boot, { originNs }) {
-    const { device, sensor, recording } = this.#source;
+    const { device, sensor, recording, frames } = this.#source;
     const asked = new URLSearchParams({ device, of: sensor, seconds: this.#chosen.seconds });
     if (originNs !== null) asked.set("origin_ns", String(Math.max(0, Math.round(originNs))));
-    if (recording !== undefined) {
+    if (recording !== undefined && !frames) {
       asked.set("recording", recording);
       asked.set("boot", boot);
       asked.set("through_seq", frame.seq);
@@ -360,6 +393,34 @@ export class Beside {
     this.#fields.trouble.hidden = !error;
     say(this.#fields.trouble, error ? `${error.message}${hint}` : "");
   }
+}
+
+/** What a sensor sees as warmer than most of its frame, or what warms it from beside the view: names, each with the pixels. */
+function warmOf({ shapes, nodes, rounds, sides }, number, celsius) {
+  const least = [...celsius].sort((one, other) => one - other)[32] + WARM_CELSIUS;
+  const seen = new Map();
+  const add = ({ shape }, pixel) => seen.set(shapes[shape].name, (seen.get(shapes[shape].name) ?? new Set()).add(pixel));
+  const isWarm = ({ shape }) => shapes[shape]?.celsius > least;
+  const warm = ({ footprints }) => footprints.filter(([sensor, pixel]) => sensor === number && celsius[pixel] > least);
+  const faces = nodes.flatMap(({ faces }) => faces);
+  for (const part of [...faces, ...rounds].filter(isWarm)) for (const [, pixel] of warm(part)) add(part, pixel);
+  const beside = faces.filter((face) => isWarm(face) && !seen.has(shapes[face.shape].name));
+  for (const surface of [...faces, ...sides]) {
+    for (const [, pixel, corners] of isWarm(surface) ? [] : warm(surface)) {
+      const near = beside.find((face) => apart(face.corners_m, corners) < BESIDE_M);
+      if (near) add(near, pixel);
+    }
+  }
+  return [...seen].map(([name, pixels]) => [name, [...pixels]]);
+}
+
+/** How far the boxes around some corners are apart. */
+function apart(corners, others) {
+  const gaps = [0, 1, 2].map((axis) => {
+    const [one, other] = [corners, others].map((all) => all.map((corner) => corner[axis]));
+    return Math.max(0, Math.min(...one) - Math.max(...other), Math.min(...other) - Math.max(...one));
+  });
+  return Math.hypot(...gaps);
 }
 
 brought.panel = { title: "Compare with a scene", key: "b", says: "open or close the comparison with a scene", Panel: Beside };

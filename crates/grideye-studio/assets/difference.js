@@ -25,10 +25,10 @@ export function signed(celsius, decimals) {
   return `${celsius < 0 ? "−" : "+"}${text}`;
 }
 
-/** A sentence that sums up 64 differences. */
-export function summed(differences) {
+/** A sentence that sums up 64 differences of what is called `real`. */
+export function summed(real, differences) {
   const mean = differences.reduce((sum, value) => sum + value, 0) / differences.length;
   const rms = Math.sqrt(differences.reduce((sum, value) => sum + value * value, 0) / differences.length);
   const largest = differences.reduce((most, value, pixel) => (Math.abs(value) > Math.abs(differences[most]) ? pixel : most), 0);
-  return `Real − simulated: mean ${signed(mean, 2)} °C, root mean square ${rms.toFixed(2)} °C, largest ${signed(differences[largest], 2)} °C at pixel ${largest + 1}.`;
+  return `${real} − simulated: mean ${signed(mean, 2)} °C, root mean square ${rms.toFixed(2)} °C, largest ${signed(differences[largest], 2)} °C at pixel ${largest + 1}.`;
 }

@@ -375,7 +375,7 @@ commands({
   w: { says: "add a waypoint to a person", does: addWaypoint },
   d: { says: "duplicate the selection", does: duplicate },
   Delete: { says: "delete the selection", does: remove },
-  c: { says: "show or hide the coverage map", does: () => cover.toggle() },
+  c: { says: "show or hide where people are seen", does: () => cover.toggle() },
   "+": { says: "plan: zoom in", does: () => plan.zoom(true) },
   "-": { says: "plan: zoom out", does: () => plan.zoom(false) },
   "0": { says: "plan: fit the room", does: () => plan.home() },

@@ -28,7 +28,7 @@ azimuth_deg = -90
 
 /** Adds an object, person or sensor; returns whether there was space. */
 export async function newThing(draft, kind) {
-  const { low_m: low, high_m: high } = draft.scene.room;
+  const { low_m: low, high_m: high } = draft.scene.drawing.room;
   const name = freeName(draft.scene, kind, STEMS[kind]);
   const level = (kind === "sensor" ? high[2] : low[2]) * 1000;
   const ways = SHARES.map((share) => {
@@ -103,7 +103,7 @@ async function doBest(draft, ways) {
 
 /** Places next to a position, the nearest to the middle of the room first. */
 function around(draft, [x, y, z], far) {
-  const { low_m: low, high_m: high } = draft.scene.room;
+  const { low_m: low, high_m: high } = draft.scene.drawing.room;
   const middle = [0, 1].map((axis) => (low[axis] + high[axis]) * 500);
   const places = [[far, 0], [0, far], [-far, 0], [0, -far]].map(([dx, dy]) => [x + dx, y + dy, z]);
   const away = ([placeX, placeY]) => Math.hypot(placeX - middle[0], placeY - middle[1]);

@@ -112,7 +112,7 @@ export class RoomView {
     context.clearRect(0, 0, this.#canvas.width, this.#canvas.height);
     if (this.#scene === null) return;
     const look = this.look;
-    const eye = new Eye(this.#scene.room, this.#camera, this.#canvas);
+    const eye = new Eye(this.#scene.drawing.room, this.#camera, this.#canvas);
     context.lineJoin = "round";
     this.#room(context, eye, look);
     const { items, drawing } = this.#scene;
@@ -146,7 +146,7 @@ export class RoomView {
     for (const item of items) this.#lines(context, item, eye, look);
     this.#names(context, items, eye, look);
     this.#handle(context, eye, look);
-    this.#canvas.dataset.second = this.#scene.at_s;
+    this.#canvas.dataset.second = this.#scene.at_s ?? "";
     const { azimuth, elevation, nearer } = this.#camera;
     const [left, top] = eye.see([0, 0, 0]).map((side) => side / devicePixelRatio);
     this.#canvas.dataset.drawn = this.#isPlan ? `${left} ${top} ${eye.meter([0, 0, 0]) / devicePixelRatio}` : `${azimuth} ${elevation} ${nearer.toFixed(2)}`;
@@ -368,14 +368,14 @@ export class RoomView {
     const chosen = { kind: item.kind, index: item.index, ...(row === undefined ? {} : { row }) };
     this.#on.choose(chosen);
     const from = placeOf(item, row);
-    const eye = new Eye(this.#scene.room, this.#camera, this.#canvas);
+    const eye = new Eye(this.#scene.drawing.room, this.#camera, this.#canvas);
     const level = from === null ? 0 : from[2] / 1000;
     return { item, row, from, eye, level, start: at, ground: eye.onLevel(at, level), moved: false };
   }
 
   #gripHandle(item) {
     const center = centerOf(item);
-    return { turns: true, center, eye: new Eye(this.#scene.room, this.#camera, this.#canvas) };
+    return { turns: true, center, eye: new Eye(this.#scene.drawing.room, this.#camera, this.#canvas) };
   }
 
   #drag(event) {
@@ -450,7 +450,7 @@ export class RoomView {
 
   /** A step nearer or farther; on the plan what is at a pixel stays there. */
   zoom(nearer, at = [this.#canvas.width / 2, this.#canvas.height / 2]) {
-    const under = () => new Eye(this.#scene.room, this.#camera, this.#canvas).onLevel(at, 0);
+    const under = () => new Eye(this.#scene.drawing.room, this.#camera, this.#canvas).onLevel(at, 0);
     const before = this.#isPlan && this.#scene !== null ? under() : null;
     this.#zoom(nearer ? ZOOM_STEP : 1 / ZOOM_STEP);
     if (before === null) return;
@@ -466,7 +466,7 @@ export class RoomView {
   /** Drags the plan along by screen pixels. */
   #shift({ over }, dx, dy) {
     if (this.#scene === null) return;
-    const pixel = devicePixelRatio / new Eye(this.#scene.room, this.#camera, this.#canvas).meter([0, 0, 0]);
+    const pixel = devicePixelRatio / new Eye(this.#scene.drawing.room, this.#camera, this.#canvas).meter([0, 0, 0]);
     this.#camera.over = [over[0] - dx * pixel, over[1] + dy * pixel];
     this.#later(false);
   }

@@ -107,9 +107,9 @@ export function momentOf(laid, tBootNs) {
 }
 
 /** The JSON at a path. A failure is in `error`. */
-export async function fetched(path) {
+export async function fetched(path, options = {}) {
   try {
-    const response = await fetch(path);
+    const response = await fetch(path, options);
     return await response.json();
   } catch {
     return { error: { message: "the collector cannot be reached", hint: "check that it runs" } };

@@ -28,10 +28,9 @@ pub(crate) fn outline(text: &str, scene: &Scene, at: Duration) -> Value {
         }
     }
     json!({
-        "at_s": at.as_secs_f64(),
         "seconds": scene.duration().as_secs_f64(),
         "keys": plain(&document),
-        "room": room(scene, &document["room"]),
+        "room": { "keys": plain(&document["room"]), "outline_m": flat(scene.room().outline_m()) },
         "items": items,
         "drawing": drawing::json(scene, at, FACES_MAX),
     })
@@ -50,20 +49,9 @@ pub(crate) fn room_at(scene: &Scene, at: Duration) -> Value {
         named.map(|(index, (kind, name))| moment.item(kind, index, &json!({ "name": name })));
     json!({
         "at_s": at.as_secs_f64(),
-        "room": room(scene, &Value::Null),
+        "room": { "keys": {}, "outline_m": flat(scene.room().outline_m()) },
         "items": items.collect::<Vec<Value>>(),
         "drawing": drawing::json(scene, at, FACES_MAX),
-    })
-}
-
-fn room(scene: &Scene, table: &Value) -> Value {
-    let room = scene.room();
-    let (low, high) = room.bounds_m();
-    json!({
-        "keys": plain(table),
-        "outline_m": flat(room.outline_m()),
-        "low_m": point(low),
-        "high_m": point(high),
     })
 }
 
@@ -123,18 +111,16 @@ impl Moment<'_> {
             item["way"] = json!({
                 "file": table["trajectory"],
                 "points_m": points_m.collect::<Vec<[f64; 3]>>(),
-                "is_whole": points.len() <= WAYPOINTS_MAX,
             });
         }
     }
 }
 
-/// The outline of bodies that are one thing, and the temperature of the first; none without bodies.
+/// The outline of bodies that are one thing; none without bodies.
 fn outline_of(bodies: &[&Body]) -> Option<Value> {
     let corners = bodies.iter().flat_map(|body| body.mesh.vertices_m());
     let outline = polygon::hull(corners.map(|corner| corner.truncate()).collect());
-    let celsius = hundredths(bodies.first()?.surface.celsius);
-    Some(json!({ "celsius": celsius, "outline_m": flat(outline) }))
+    (!outline.is_empty()).then(|| json!({ "outline_m": flat(outline) }))
 }
 
 /// The top middle of the box around bodies.

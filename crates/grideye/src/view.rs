@@ -43,7 +43,7 @@ pub(crate) fn run(options: &View) -> Result<Outcome> {
     }
     bar.finish_and_clear();
     stage.client.stop_recording(id)?;
-    let page = format!("{}#recording={id}", stage.page());
+    let page = format!("{}#recording={id}&play", stage.page());
     progress::say(&format!("page       {page}"));
     if options.page.open {
         open_in_browser(&page);

@@ -3,7 +3,7 @@
 
 use grideye_recording::csv::Reader;
 use grideye_tests::live_page::{
-    Outcome, assert_quiet, batch, color_in, field, frame, keep_picture, pixels, set_up,
+    Outcome, assert_quiet, batch, color_in, drop_file, field, frame, keep_picture, pixels, set_up,
 };
 use grideye_tests::patience::WAIT_MAX;
 use grideye_tests::programs::{RunningCollector, grideye, run};
@@ -278,6 +278,8 @@ fn a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict() -> Outc
     room.stand_beside_left()?;
     room.wait("choice", |text| text.contains("broken (cannot be read)"))?;
 
+    // What is warm there has its name.
+    room.wait("names", |text| text == "ana")?;
     // The cursor reads all three pictures at once, and the third is the first less the second.
     room.browser
         .point_at("[data-side=difference] .heat", (5, 5))?;
@@ -452,6 +454,47 @@ fn a_recording_is_held_against_a_scene_at_the_frame_that_is_looked_at() -> Outco
     room.browser.press("b")?;
     assert_eq!(room.browser.text("#played-beside")?, "");
     assert_quiet(&room.browser, "")
+}
+
+#[test]
+fn a_file_that_is_dropped_is_held_against_a_scene_of_the_folder_and_not_kept() -> Outcome {
+    if left_out("a_file_that_is_dropped_is_held_against_a_scene_of_the_folder_and_not_kept") {
+        return Ok(());
+    }
+    let room = Room::new("walk", 61)?;
+    let browser = &room.browser;
+    let file = room._folder.path().join("scenes/walk.csv");
+    browser.wait_for_text("#open-file", |text| text.contains("Open a file"))?;
+    drop_file(browser, "walk.csv", &std::fs::read_to_string(file)?)?;
+    browser.wait_for_text("#played-name", |text| text == "walk.csv")?;
+    browser.click("#played .sensor [data-field=beside]")?;
+    // The rooms of the folder are offered, each drawn.
+    let offered = |scene: &str| format!("#played-beside .offers button:has([data-scene={scene}])");
+    let drawn = "return document.querySelector('.offers [data-scene=walk]')?.dataset.drawn ?? null";
+    let look = || browser.execute(drawn);
+    browser.wait_for("the room that is offered", look, Value::is_string)?;
+    browser.click(&offered("walk"))?;
+    let seen = |name: &str, is_right: &dyn Fn(&str) -> bool| {
+        let selector = format!("#played-beside [data-field={name}]");
+        browser.wait_for_text(&selector, is_right)
+    };
+    seen("clock", &|text| text.contains("Start it when"))?;
+    // It has played to its end before it begins once more with its scene.
+    browser.wait_for_text("#time", |text| text == "0:06.0 / 0:06.0")?;
+    browser.click("[data-does=first]")?;
+    browser.click("#played-beside [data-field=begin]")?;
+    seen("clock", &|text| text == "Second 0.0 of 6.0.")?;
+    browser.click("[data-does=last]")?;
+    seen("clock", &|text| text == "Second 6.0 of 6.0.")?;
+    seen("verdict", &|text| text == "Agrees")?;
+    // In a room where she stands still she is not where the frames have her.
+    let option = "#played-beside [data-field=choice] option[value*=right]";
+    browser.click(option)?;
+    seen("verdict", &|text| text == "Disagrees")?;
+    let url = format!("{}/v1/recordings", room.collector.url());
+    let kept: Value = ureq::get(url).call()?.body_mut().read_json()?;
+    assert_eq!(kept["recordings"], serde_json::json!([]));
+    assert_quiet(browser, "")
 }
 
 /// A room with six sensors, a table and a person.

@@ -1,7 +1,7 @@
 //! What fits one screen of 1400 x 900: several sensors, live and recorded, and a file that is dropped on the page.
 
 use grideye_tests::live_page::{
-    Outcome, Server, assert_quiet, batch, frame, keep_picture, person, pixels, set_up,
+    Outcome, Server, assert_quiet, batch, drop_file, frame, keep_picture, person, pixels, set_up,
 };
 use grideye_tests::webdriver::{Browser, Failure, Screen, left_out};
 use serde_json::{Value, json};
@@ -105,19 +105,8 @@ fn sensors_of_one_room_begin_at_the_same_degrees() -> Outcome {
 
 /// As somebody's logger prints it: a line for each row of the sensor.
 fn logged(frames: usize) -> String {
-    let frame = "20.00 20.25 20.00 20.25 31.50 20.00 20.25 20.00\\n".repeat(8);
-    format!("{frame}\\n").repeat(frames)
-}
-
-/// Drops a file of this name and text on the page.
-fn drop_file(browser: &Browser, name: &str, text: &str) -> Outcome {
-    let script = format!(
-        "const dataTransfer = new DataTransfer();
-         dataTransfer.items.add(new File(['{text}'], '{name}'));
-         for (const kind of ['dragover', 'drop']) document.body.dispatchEvent(new DragEvent(kind, {{ bubbles: true, cancelable: true, dataTransfer }}));
-         return performance.now();"
-    );
-    browser.execute(&script).map(drop)
+    let frame = "20.00 20.25 20.00 20.25 31.50 20.00 20.25 20.00\n".repeat(8);
+    format!("{frame}\n").repeat(frames)
 }
 
 fn listed(server: &Server) -> Result<Value, Failure> {

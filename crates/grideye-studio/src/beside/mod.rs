@@ -6,7 +6,7 @@
 //! | `/v1/scenes` | the folder's scenes, with their sensors |
 //! | `/v1/scenes/{scene}/room?at_s=12` | the room and who is where, to be drawn from any side |
 //! | `/v1/scenes/{scene}/sensors/{sensor}/frames?at_s=12` | five seconds of simulated frames, with the agents' positions |
-//! | `/v1/scenes/{scene}/sensors/{sensor}/comparison?device=…&of=…` | scores, floors, ceilings and verdict for the last seconds |
+//! | `/v1/scenes/{scene}/sensors/{sensor}/comparison?device=…&of=…` | scores, floors, ceilings and verdict for the last seconds; POST: of frames that the collector does not have |
 //!
 //! The collector knows nothing of scenes: it is given these routes, and requires the same tokens as for its own.
 
@@ -19,12 +19,15 @@ use crate::catalogue::{Catalogue, LoadedScene, SceneEntry, unusable};
 use crate::outline;
 use crate::queue::Queue;
 use axum::Router;
-use axum::extract::{Path as PathOf, Query, State};
+use axum::body::Bytes;
+use axum::extract::{DefaultBodyLimit, Path as PathOf, Query, State};
 use axum::http::StatusCode;
 use axum::response::Json;
 use axum::routing::get;
 use grideye_collector::{Annex, Inside, Refusal};
 use grideye_frame::{COLUMNS, ROWS};
+use grideye_recording::Record;
+use grideye_recording::wire::Batch;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -50,7 +53,9 @@ pub(crate) fn annex(
             .route("/v1/scenes/{scene}/sensors/{sensor}/frames", get(simulated))
             .route(
                 "/v1/scenes/{scene}/sensors/{sensor}/comparison",
-                get(comparison),
+                get(comparison)
+                    .post(comparison)
+                    .layer(DefaultBodyLimit::max(SENT_BYTES_MAX)),
             )
             .with_state(beside)
     })
@@ -59,6 +64,8 @@ pub(crate) fn annex(
     .on_the_page(head(demonstration))
 }
 
+/// Frames of a minute as JSON are a third of this.
+const SENT_BYTES_MAX: usize = 1024 * 1024;
 const TEMPLATE: &str = "<template id=\"beside-panel\"";
 
 fn head(demonstration: Option<[&str; 2]>) -> String {
@@ -158,13 +165,28 @@ async fn comparison(
     State(beside): Shared,
     PathOf((scene, sensor)): PathOf<(String, String)>,
     Query(question): Query<Question>,
+    body: Bytes,
 ) -> Result<Json<Value>, Refusal> {
     let scene = beside.find(scene).await?;
     check_sensor(scene.usable()?, &sensor)?;
+    let sent = (!body.is_empty()).then(|| sent(&body)).transpose()?;
     let answer = beside
         .verdicts
-        .answer(&beside.inside, scene, sensor, question);
+        .answer(&beside.inside, (scene, sensor), question, sent);
     Ok(Json(answer.await?))
+}
+
+/// The frames of a body as that of `POST /v1/frames`.
+fn sent(body: &[u8]) -> Result<Vec<Record>, Refusal> {
+    let batch = Batch::from_json(body).map_err(|error| {
+        Refusal::new(
+            StatusCode::UNPROCESSABLE_ENTITY,
+            "wrong_body",
+            error.to_string(),
+        )
+    })?;
+    let frames = batch.sensors.into_iter().flat_map(|one| one.frames);
+    Ok(frames.collect())
 }
 
 impl Beside {

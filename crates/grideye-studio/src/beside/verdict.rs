@@ -77,13 +77,13 @@ impl Verdicts {
         }
     }
 
-    /// Answers a question; a comparison just computed serves all pages.
+    /// Answers a question; a comparison just computed serves all pages, but for frames that were sent with the question.
     pub(super) async fn answer(
         &self,
         inside: &Inside,
-        scene: Arc<SceneEntry>,
-        sensor: String,
+        (scene, sensor): (Arc<SceneEntry>, String),
         question: Question,
+        sent: Option<Vec<Record>>,
     ) -> Result<Value, Refusal> {
         let loaded = scene.usable()?;
         check_origin(loaded, &question)?;
@@ -94,13 +94,21 @@ impl Verdicts {
             sensor.clone(),
             question.clone(),
         );
-        let slot = self.slots.get_or(key, |_| Slot::default());
+        // What is live changes before advice is there.
+        let advises = sent.is_some() || question.recording.is_some();
+        let slot = match &sent {
+            Some(_) => Slot::default(),
+            None => self.slots.get_or(key, |_| Slot::default()),
+        };
         // A page with the same question waits here, and finds it computed.
         let mut made = slot.lock().await;
         if let Some(made) = made.as_ref().filter(|made| made.is_new(inside)) {
             return Ok(made.answer.clone());
         }
-        let records = records(inside, &question).await?;
+        let records = match sent {
+            Some(sent) => sent,
+            None => records(inside, &question).await?,
+        };
         let newest_seq = records.last().map(|record| record.seq);
         if let Some(made) = made.as_mut().filter(|made| made.newest_seq == newest_seq) {
             made.at = inside.clock.monotonic();
@@ -110,7 +118,7 @@ impl Verdicts {
         let known = self.known(&scene, loaded, sensor);
         let fresh = self.queue.run(move || {
             let began = clock.monotonic();
-            let answer = compared(&scene, &known, &question, (&records, length));
+            let answer = compared(&scene, &known, &question, (&records, length), advises);
             let at = clock.monotonic();
             Made {
                 at,
@@ -177,13 +185,10 @@ fn length(seconds: Option<f64>) -> Result<Duration, Refusal> {
     let seconds = seconds.unwrap_or(usual);
     if !(least..=most).contains(&seconds) {
         let what = format!("expected seconds from {least} to {most}, found {seconds}");
-        return Err(wrong_value("seconds", what));
+        let refusal = Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what);
+        return Err(refusal.field("seconds"));
     }
     Ok(Duration::from_secs_f64(seconds))
-}
-
-fn wrong_value(field: &str, what: impl Into<String>) -> Refusal {
-    Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what).field(field)
 }
 
 /// The requested frames, oldest first; none if none are known.
@@ -220,6 +225,7 @@ fn compared(
     known: &Mutex<KnownScene>,
     question: &Question,
     (records, length): (&[Record], Duration),
+    advises: bool,
 ) -> Value {
     let none = |why: &str| json!({ "why": why, "comparison": null });
     let Ok(loaded) = &scene.loaded else {
@@ -249,8 +255,7 @@ fn compared(
     let how = Options {
         seed: SEED,
         start_s: Some(from_s),
-        // What is live changes before the advice is there.
-        advises: question.recording.is_some(),
+        advises,
         ..Options::default()
     };
     let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);

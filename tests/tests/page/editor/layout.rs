@@ -189,7 +189,7 @@ fn buttons_say_what_they_do_and_every_control_has_a_name() -> Outcome {
     };
     assert_eq!(
         texts(".toolbar button")?,
-        "New room…, Save, Save as…, Undo, Redo, Add…, Waypoint, Duplicate, Delete, Coverage"
+        "New room…, Save, Save as…, Undo, Redo, Add…, Waypoint, Duplicate, Delete, Detection"
     );
     assert_eq!(
         texts("#stage h2")?,
