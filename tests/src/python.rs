@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// Leaves out the Python drivers where neither they nor PyPI are to be had.
+/// Leaves out the Python drivers where neither they nor PyPI can be reached.
 pub const WITHOUT_PYTHON_DRIVERS: &str = "GRIDEYE_WITHOUT_PYTHON_DRIVERS";
 
-/// Leaves out what is measured and checked beside us where neither it nor PyPI is to be had.
+/// Leaves out what is measured and checked beside us where neither it nor PyPI can be reached.
 pub const WITHOUT_PEERS: &str = "GRIDEYE_WITHOUT_PEERS";
 
-/// Leaves out the real Home Assistant where neither it nor PyPI is to be had.
+/// Leaves out the real Home Assistant where neither it nor PyPI can be reached.
 pub const WITHOUT_HOME_ASSISTANT: &str = "GRIDEYE_WITHOUT_HOME_ASSISTANT";
 
 /// A command that runs the real Home Assistant, `tests/home_assistant/home.py`, or `None` if it is left out.

@@ -470,7 +470,7 @@ const BESIDES: [&str; 4] = [
     "host-stalled",
 ];
 
-/// A second of a fault in the midst of a run.
+/// A second of a fault in the middle of a run.
 fn script(folder: &Path, device: &str, fault: &str) -> String {
     let path = folder.join(format!("{device}-faults.toml"));
     let text = format!("[[fault]]\n{fault}\nfrom = \"1.5 s\"\nuntil = \"2.5 s\"\n");

@@ -17,7 +17,7 @@ pub struct Counts {
     pub people: BTreeMap<u64, u64>,
     /// Frames in which a person has a posture, by posture.
     pub posture: BTreeMap<String, u64>,
-    /// Frames in which a person does something, by what.
+    /// Frames in which a person does something, by activity.
     pub doing: BTreeMap<String, u64>,
 }
 

@@ -113,7 +113,7 @@ pub(crate) fn too_wide(found: usize, place: &str) -> ImportError {
         None => ImportError::unlike(
             &format!("at most {ROW_VALUES_MAX} values in a row"),
             format!("{found} {place}"),
-            "keep the columns of the time, of the 64 pixels and of what else is needed",
+            "keep the columns of the time, of the 64 pixels and whatever else is needed",
         ),
     }
 }

@@ -228,14 +228,14 @@ fn growth(_: &Scene) -> Result<(), Box<dyn Error>> {
     ] {
         for boxes in [1, 5, 50, 500, 1056] {
             let scene = parse(&room(boxes, sensor))?;
-            let anew = best_us(5, || Simulator::new(&scene, "ceiling"));
+            let fresh = best_us(5, || Simulator::new(&scene, "ceiling"));
             let simulator = Simulator::new(&scene, "ceiling")?;
             let frames: Vec<f64> = moments(&scene)
                 .iter()
                 .map(|moment| best_us(10, || simulator.image(*moment)))
                 .collect();
             let frame = median_and_worst(frames).0;
-            println!("{name:14} {boxes:7} {anew:10.0} {frame:7.1}");
+            println!("{name:14} {boxes:7} {fresh:10.0} {frame:7.1}");
         }
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 import { fieldsOf, say, sayMarked } from "./words.js";
 
-// Name on the wire, what is said of it, decimals, and by what it is multiplied.
+// Name on the wire, its label, decimals, and its factor.
 const SHOWN = [
   ["correlation", "C, correlation", 2, 1, ""],
   ["mutual_information_grey", "EMI, mutual information", 2, 1, " bit"],

@@ -11,7 +11,7 @@ use core::task::{Context, Poll, Waker};
 use core::time::Duration;
 use grideye_frame::{Celsius, Frame};
 
-/// A clock that moves on by what the bus and the driver take.
+/// A clock that advances by the time of the bus and the driver.
 struct Time(Cell<Duration>);
 
 impl Clock for Time {

@@ -12,7 +12,7 @@ use std::process::Command;
 
 const WHAT: &str = "i2c-tools on the emulated sensor";
 
-/// Whether i2c-tools are to be left out, because they are not installed.
+/// Whether i2c-tools must be left out, because they are not installed.
 fn left_out() -> bool {
     is_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", WHAT)
 }

@@ -311,7 +311,7 @@ fn recorded(csv: &str) -> BTreeMap<String, Kept> {
     runs
 }
 
-/// How many rows the store has twice, by number or by what the sensor showed; and each row that it keeps plainly, which are
+/// How many rows the store has twice, by number or by the measurement; and each row that it keeps plainly, which are
 /// those of the last minutes, beside the recording.
 fn twice(store: &Path, runs: &BTreeMap<String, Kept>) -> u64 {
     let open = Connection::open_with_flags(store, OpenFlags::SQLITE_OPEN_READ_ONLY);

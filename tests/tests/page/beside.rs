@@ -366,7 +366,7 @@ fn a_scene_that_moves_begins_runs_ends_and_says_who_is_where() -> Outcome {
     })?;
     keep_picture(&room.browser, "beside-ended")?;
 
-    // Again, by the box; or anew, by the button.
+    // Again, by the box; or from the start, by the button.
     room.browser.click("#beside [data-field=again]")?;
     room.send(1)?;
     room.wait("clock", |text| text.contains("round 2"))?;

@@ -67,7 +67,7 @@ fn furnish(server: &Server) -> Outcome {
     Ok(())
 }
 
-/// The views, and what is to be seen of each before it is judged.
+/// The views, and what each must show before it is judged.
 const VIEWS: [(&str, &str, &str); 4] = [
     ("live", "", "pi-2 · missing"),
     ("recordings", "#recordings", "hall, morning"),
@@ -75,7 +75,7 @@ const VIEWS: [(&str, &str, &str); 4] = [
     ("devices", "#devices", "does not answer at its address"),
 ];
 
-/// Opens a view anew, with a sensor that is live and one that has no frame.
+/// Opens a view again, with a sensor that is live and one that has no frame.
 fn open(
     server: &Server,
     browser: &Browser,

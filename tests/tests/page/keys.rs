@@ -1,4 +1,4 @@
-//! Every key of the page with what is to be seen of it, and one way through the page without a mouse.
+//! Every key of the page with its effect, and one way through the page without a mouse.
 
 use grideye_tests::live_page::{
     HOTTEST, Outcome, assert_quiet, batch, color, field, frame, is_like, keep_picture, pixels,

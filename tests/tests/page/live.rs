@@ -211,7 +211,7 @@ fn the_page_comes_back_by_itself_when_the_collector_does() -> Outcome {
     assert_eq!(
         browser.execute("return window.loadedOnce")?,
         json!(true),
-        "the page was not loaded anew"
+        "the page was not loaded again"
     );
     assert_quiet(&browser, "ERR_CONNECTION_REFUSED")
 }

@@ -141,8 +141,8 @@ mod tests {
             .filter_map(|_| watched.look(HUNG_AFTER))
             .collect();
         let hangs = |look: &&Look| matches!(look, Look::Hangs { .. });
-        let anew = |look: &&Look| matches!(look, Look::Hangs { is_new: true, .. });
-        assert_eq!(looks.iter().filter(anew).count(), 1);
+        let again = |look: &&Look| matches!(look, Look::Hangs { is_new: true, .. });
+        assert_eq!(looks.iter().filter(again).count(), 1);
         assert!(looks.iter().filter(hangs).count() > 1);
         assert!(watched.end(), "it had counted as hung");
         assert!(matches!(watched.look(HUNG_AFTER), Some(Look::Well)));

@@ -234,7 +234,7 @@ fn common<'r>(reads: impl Iterator<Item = &'r Read> + Clone, count: usize) -> Ve
         .collect()
 }
 
-/// Whether a fact between frames belongs to the one before it: told by the blank lines around it, then by what comes first.
+/// Whether a fact between frames belongs to the one before it: told by the blank lines around it, then by which comes first.
 fn is_behind(
     name: &str,
     is_fact: &dyn Fn(&Read) -> bool,

@@ -109,7 +109,7 @@ impl Aligner {
         (if applied { clock } else { Clock::own() }, found)
     }
 
-    /// The orientation, by what moves and, with less weight, by what stands still.
+    /// The orientation, from what moves and, with less weight, from what stands still.
     pub(crate) fn orientation(&self) -> Option<OrientationFound> {
         let sample = self.sample.thinned(DECOY_FRAMES);
         let still = self.sample.mean_claim(&self.series, |time_s| time_s);

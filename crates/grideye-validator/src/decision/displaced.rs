@@ -17,7 +17,7 @@ pub(super) struct Displaced {
     /// What one meter adds to each picture, by person and axis.
     by_meter: Vec<[Vec<Image>; 2]>,
     unknowns: Vec<Unknown>,
-    /// Cholesky factor of what is known of the unknowns before a recording is seen, 1, plus what a recording tells.
+    /// Cholesky factor of the unknowns' information: 1 before a recording is seen, plus what a recording tells.
     lower: Matrix,
 }
 

@@ -1,4 +1,4 @@
-//! Data sets that are balanced by what is in view.
+//! Data sets that are balanced by the people in view.
 
 use crate::dataset::{done, files, refused};
 use std::fs;

@@ -197,9 +197,9 @@ fn another_file_at_the_place_is_not_removed() {
     let path = folder.path().join("bus.sock");
     let server = bind(&path).unwrap();
     fs::remove_file(&path).unwrap();
-    fs::write(&path, "somebody else's").unwrap();
+    fs::write(&path, "another's").unwrap();
     drop(server);
-    assert_eq!(fs::read_to_string(&path).unwrap(), "somebody else's");
+    assert_eq!(fs::read_to_string(&path).unwrap(), "another's");
 }
 
 /// Serves the socket named in the environment, in its own process; does nothing in an ordinary run.

@@ -60,7 +60,7 @@ fn labels_are_put_on_ranges_and_frames_by_keys_listed_and_taken_away() -> Outcom
     ]);
     assert_eq!(labels(&server)?, both);
 
-    // What somebody else adds is seen, and what was kept is there after a reload.
+    // What another person adds is seen, and what was kept is there after a reload.
     let other = json!({ "name": "nobody", "spans": [{ "device": "pi-1", "sensor": "s1", "boot": "b1", "first_seq": 20, "last_seq": 29 }] });
     let other = ureq::post(server.url("/v1/recordings/1/labels")).send_json(other);
     assert_eq!(other?.status(), 201);

@@ -1,4 +1,4 @@
-//! When rules strike, how often, whom, and by what chance.
+//! When rules strike, how often, whom, and with what probability.
 
 use super::support::*;
 use amg8833_emulator::script::{EVERY_MIN, Lasting, RULES_MAX, Rule, Script, When};

@@ -1,4 +1,4 @@
-//! The kinds of files, by what is hard about them.
+//! The kinds of files, grouped by their difficulty.
 
 mod beside;
 mod blocks;
