@@ -141,7 +141,7 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Routes {
 
 /// The routes of annexes.
 fn brought<'a>(state: &AppState, annexes: impl Iterator<Item = &'a Annex>) -> Router<AppState> {
-    let inside = Inside::of(&state);
+    let inside = Inside::of(state);
     let routes = annexes.map(|annex| annex.routes(&inside));
     let small_body_bytes_max = state.limits().small_body_bytes_max;
     routes
