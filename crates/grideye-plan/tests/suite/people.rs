@@ -1,4 +1,4 @@
-//! People from above and in drawings, and the picture of them in `scenes/README.md`.
+//! People from above and in drawings, and the picture of them in `scenes/PEOPLE.md`.
 
 use crate::scene;
 use grideye_draw::palette::{INFERNO, color, hex};

@@ -1,4 +1,4 @@
-//! People, noise, profiles, steps and keys under the physical model, and the numbers of `scenes/README.md`.
+//! People, noise, profiles, steps and keys under the physical model, and the numbers of `scenes/PHYSICS.md`.
 
 use crate::physical::{CEILING, ROOM, filled, pixels, sheet};
 use crate::{object, parse, scene, simulator};
@@ -504,7 +504,7 @@ fn invalid_physical_keys_are_refused() {
     );
 }
 
-/// The table of `scenes/README.md`: one walk in both models, beside what real sensors saw.
+/// The table of `scenes/PHYSICS.md`: one walk in both models, beside what real sensors saw.
 #[test]
 fn the_readme_has_the_numbers_of_one_scene_in_both_models() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
@@ -517,7 +517,7 @@ fn the_readme_has_the_numbers_of_one_scene_in_both_models() {
         Simulator::new(&scene, "ceiling").unwrap()
     };
     let models = [simulator(Model::Paper), simulator(Model::Physical)];
-    let readme = files("README.md").unwrap();
+    let readme = files("PHYSICS.md").unwrap();
     let mut missing = Vec::new();
     for (meters, measured) in [
         (0.0, "2.5 to 3.9 °C, 5 to 7 pixels"),

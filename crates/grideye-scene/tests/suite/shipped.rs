@@ -184,10 +184,17 @@ fn experiments_3_and_4_walk_from_end_to_end() {
     }
 }
 
+/// The README and the pages that it leads to, without the table of keys that a program writes.
+fn pages() -> String {
+    let pages = ["README.md", "PEOPLE.md", "PHYSICS.md", "VARIES.md"];
+    let read = |page: &str| std::fs::read_to_string(folder().join(page)).unwrap();
+    pages.map(read).concat()
+}
+
 #[test]
 fn the_readmes_example_is_a_scene() {
-    let readme = std::fs::read_to_string(folder().join("README.md")).unwrap();
-    let examples: Vec<&str> = readme
+    let pages = pages();
+    let examples: Vec<&str> = pages
         .split("```toml\n")
         .skip(1)
         .filter_map(|rest| rest.split("```").next())
@@ -235,7 +242,7 @@ fn the_readmes_example_is_a_scene() {
 
 #[test]
 fn the_readme_names_every_key() {
-    let readme = std::fs::read_to_string(folder().join("README.md")).unwrap();
+    let readme = pages();
     for (table, text) in [
         ("scene", "wrong = 1"),
         ("room", "[room]\nwrong = 1"),

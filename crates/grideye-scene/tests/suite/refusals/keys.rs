@@ -111,13 +111,13 @@ const VALUES: &[Case] = &[
         "[room]",
         "model = \"physics\"\n[room]",
         "room.toml:1:9: `model` is \"physics\", expected \"paper\", \"paper-grid\" or \"physical\"\n\
-         hint: paper is the default; scenes/README.md says when to use which",
+         hint: paper is the default; scenes/PHYSICS.md says when to use which",
     ),
     (
         "[room]",
         "law = \"C\"\n[room]",
         "room.toml:1:7: `law` is \"C\", expected \"A\" or \"B\"\n\
-         hint: B is the default; scenes/README.md has both formulas",
+         hint: B is the default; scenes/PHYSICS.md has both formulas",
     ),
     (
         "ambient_c = 20",
