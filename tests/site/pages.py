@@ -40,7 +40,7 @@ def led(page, text, shown, root, address):
 
 
 def main(root, folder):
-    listed = subprocess.run(["git", "ls-files", "-z", "--", *SHOWN], cwd=root, capture_output=True, check=True)
+    listed = subprocess.run(["git", "ls-files", "-coz", "--exclude-standard", "--", *SHOWN], cwd=root, capture_output=True, check=True)
     shown = {path for path in listed.stdout.decode().split("\0") if path}
     address = os.environ.get("GRIDEYE_REPOSITORY", "https://example.com/grideye-hil")
     for path in shown:
