@@ -17,7 +17,7 @@
 const char *const WIFI_NAME = "your network";
 const char *const WIFI_PASSWORD = "its password";
 
-// Of each sensor: 600 frames are a minute, and take 98 kB.
+// Of each sensor: 600 frames are a minute, and take 101 kB.
 const size_t RING_FRAMES = 600;
 const int SDA_PIN = 21, SCL_PIN = 22;
 const int LED_PIN = 2;
