@@ -152,7 +152,7 @@ static void interrupt(void) {
   CHECK(counts.int_falls == 1 && counts.int_releases == 1 && counts.frames == 4);
 }
 
-/* A recording starts again with a reset (0x3F), after which two frames are to be waited for (4-11-2). */
+/* A recording starts again with a reset (0x3F), after which a driver waits for two frames (4-11-2). */
 static void reset(void) {
   amg8833_bus bus;
   amg8833_frame frames[9];

@@ -242,7 +242,7 @@ fn the_crates_that_run_on_a_microcontroller_link_without_std() {
     assert_eq!(built.code, 0, "{}", built.stderr);
 }
 
-/// Unsafe code stands where somebody else hands the memory: in the crate that talks to the kernel on behalf of other
+/// Unsafe code stands where another program hands the memory: in the crate that talks to the kernel on behalf of other
 /// programs, and in the one whose functions C calls.
 #[test]
 fn unsafe_code_is_confined_to_two_crates() {

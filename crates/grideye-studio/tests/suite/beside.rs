@@ -407,3 +407,15 @@ async fn the_same_question_gets_the_same_answer_until_it_is_due_again() {
     page.rest();
     assert_eq!(page.get(&path).await.1["frames"], 40);
 }
+
+#[tokio::test]
+async fn a_body_with_frames_to_compare_has_at_most_a_mebibyte() {
+    let page = Page::new(&[("still.toml", STILL)]).await;
+    let path = format!("/v1/scenes/still/{COMPARISON}");
+    // A text as JSON: its quotation marks are part of the body.
+    let body = |bytes: usize| Value::String("x".repeat(bytes - 2));
+    let (longest, answer) = page.send(&path, &body(1 << 20)).await;
+    assert_eq!(longest, 422, "{answer}");
+    let (longer, answer) = page.send(&path, &body((1 << 20) + 1)).await;
+    assert_eq!(longer, 413, "{answer}");
+}
