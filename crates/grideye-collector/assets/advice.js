@@ -1,4 +1,4 @@
-// How to fix each fault, in one sentence. Names are those of the wire: crates/grideye-recording/README.md.
+// How to fix each fault, in one sentence. Names are those of the wire: recordings/README.md.
 
 import { byKind, duration } from "./words.js";
 

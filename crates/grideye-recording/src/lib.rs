@@ -1,12 +1,18 @@
 //! Sensor frames on the wire and on disk: the record, and the formats that carry it.
 //!
+//! ```text
+//!  agent ──▶ wire::Batch ──JSON──▶ collector ──▶ csv::Writer ──▶ recording.csv ──▶ csv::Reader ──▶ Row
+//!        ◀── wire::Acknowledgement ◀──┘
+//! ```
+//!
 //! | format | carries | bits of a word | error |
 //! |---|---|---|---|
 //! | [`wire`] (JSON) | one batch per device and half second, and its answer | all 16 | [`wire::WireError`]: path, expected, found |
 //! | [`wire`] (bytes) | the same batch, about a quarter as long | all 16 | the same, with the place in the body |
 //! | [`mod@csv`] (`recordings/README.md`) | one row per sensor frame, missing ones with a reason | the 12 that mean degrees | [`RecordingError`]: line, column, expected, found |
 //!
-//! The crate uses no sockets and no clocks, and files only in [`whole`]. Memory does not grow with the recording.
+//! Memory does not grow with the recording. Only `grideye_frame::word` converts words to degrees. The crate must not know
+//! I2C transfers, HTTP servers, scenes, sockets or clocks, and uses files only in [`whole`].
 //!
 //! ```
 //! use grideye_frame::{NoData, Reading};

@@ -11,6 +11,33 @@
 //!
 //! A body is accepted or rejected as a whole. Unknown or repeated fields, `null`, fractions and the like are rejected,
 //! so that a sender's mistake shows at once.
+//!
+//! # The compact body
+//!
+//! `POST /v1/frames` also takes a batch as bytes, with the content type [`BINARY_TYPE`]. Meaning, checks and limits are
+//! those of the JSON body; the answer is always JSON. An agent with `body = "binary"` in its configuration sends it.
+//!
+//! Fixed-width integers are little-endian. A *count* is an unsigned number in groups of 7 bits, lowest first, with the
+//! eighth bit set in all groups but the last, and no empty last group. A *name* is one byte with its length, at most 64,
+//! then that many bytes of text.
+//!
+//! | part | bytes |
+//! |---|---|
+//! | mark and version | `47 45 42 02` |
+//! | device, boot | two names |
+//! | t_sent_boot_ns | one byte 0, or one byte 1 and 8 bytes |
+//! | sensors | a count, then for each sensor: |
+//! | · sensor | a name |
+//! | · account | one byte: 0 for none, 1 for a current one, 2 for one that has `ended`; after 1 or 2: read, missing, spooled as counts; dropped and errors, each as a count of entries and for each a name and a count |
+//! | · frames | a count, then for each frame: |
+//! | · · seq, t_boot_ns, t_utc_ns | 8 bytes each, the last one signed |
+//! | · · kind | one byte: clock in the upper half (0 unsynced, 1 synced, 2 stepped); in the lower half 0 for a frame, 1 for a missing one, 3 for a frame without its thermistor |
+//! | · · a frame | thermistor_raw, 2 bytes (not with kind 3), and the 64 pixels_raw, packed: the lowest, 2 bytes; a width of 0 to 16, one byte; for each pixel, in order, its distance above the lowest in that many bits, lowest bit first |
+//! | · · a missing one | the reason as a name |
+//!
+//! A packed frame of a room is 62 to 78 bytes instead of 155, because its pixels differ by 4 to 6 bits; it is at most 158.
+//! Counts and widths are as small as possible, so equal batches are equal bytes. A later layout has another content type
+//! and version byte; a collector rejects unknown versions.
 
 mod binary;
 mod check;

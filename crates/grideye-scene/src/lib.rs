@@ -1,13 +1,23 @@
 //! Turns scene files into thermal frames: what a low-resolution infrared sensor sees in a room at any time.
 //!
-//! [`Scene::parse`] reads a scene (`scenes/README.md`). A [`Simulator`] makes noise-free images, noisy frames and
-//! ground truth for one sensor: by the paper's [`perceived`] temperature or by [`physical`] radiance. The library opens
-//! no file, reads no clock and has no randomness of its own: trajectories come from [`Files`], time and seed are
-//! arguments.
+//! ```text
+//!  scene file (TOML) ──parse──▶ Scene ──Simulator::new(sensor)──▶ image(t)        noise-free degrees
+//!  trajectories (CSV) ───┘     room                               noisy(t, seed)  one sensor frame
+//!                              objects    nearest surface wins    truth(t)        share of each pixel on the agent
+//!                              agents     perceived temperature, or radiance
+//!                              sensors    each pixel's mean over its response ─▶ noise
+//! ```
 //!
-//! A frame is a pure function of (scene, time, seed). Temperatures depend only on additions, multiplications,
-//! divisions, square roots and the portable functions of `libm`, so bytes are the same on every machine with IEEE
-//! double precision (x86-64 and ARM; not the x87 unit of 32-bit x86). A test pins the bits of one frame.
+//! `scenes/README.md` describes the scene format, the conventions for poses and images, and the formulas: the paper's
+//! [`perceived`] temperature, or [`physical`] radiance. `crates/README.md` names the folders of this crate.
+//!
+//! A frame is a pure function of (scene, time, seed): the same bytes on any number of threads, in any order of calls, and
+//! on every machine with IEEE double precision (x86-64 and ARM; not the x87 unit of 32-bit x86). Temperatures depend only
+//! on additions, multiplications, divisions, square roots and the portable functions of `libm`; a test pins the bits of
+//! one frame.
+//!
+//! The crate must not know files, clocks, registers or HTTP, and has no randomness of its own: trajectories come through
+//! [`Files`], time and seed are arguments.
 //!
 //! ```
 //! use grideye_scene::{Scene, Simulator};
@@ -43,6 +53,8 @@
 //! assert_eq!(image.at(0, 0), 20.0, "nothing but the room in the corner");
 //! # Ok::<(), grideye_scene::SceneError>(())
 //! ```
+//!
+//! `cargo bench -p grideye-scene` prints the cost of a frame.
 
 mod file;
 mod film;

@@ -1,4 +1,4 @@
-//! The batch as bytes, laid out as in this crate's `README.md`: a quarter as long as JSON, and read without a parser.
+//! The batch as bytes, laid out as the documentation of `wire` says: a quarter as long as JSON, and read without a parser.
 
 use crate::record::Record;
 use crate::record::layout::{ByteReader, Fault, Form, PACKED_BYTES_MAX, put, put_name};

@@ -8,7 +8,7 @@ use grideye_recording::wire::{
 };
 use proptest::prelude::*;
 
-/// The specimen of the JSON tests, assembled by hand from the specification in `README.md`.
+/// The specimen of the JSON tests, assembled by hand from the specification in `src/wire.rs`.
 fn by_hand() -> Vec<u8> {
     let mut body = head_by_hand();
     body.extend([96, 0, 6]); // 64 words from 96 on: each has its own six bits
