@@ -39,7 +39,7 @@ pub struct Network<'w> {
 }
 
 impl Default for Network<'static> {
-    /// The shipped network. `weights/README.md` says how it was trained.
+    /// The shipped network. `tests/peers/counting/README.md` says how it was trained.
     fn default() -> Self {
         const SHIPPED: &[u8] = include_bytes!("../weights/counter.gec");
         // A test reads it, so the empty network never counts.
