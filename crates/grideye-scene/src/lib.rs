@@ -16,6 +16,14 @@
 //! on additions, multiplications, divisions, square roots and the portable functions of `libm`; a test pins the bits of
 //! one frame.
 //!
+//! | word | meaning |
+//! |---|---|
+//! | body, mesh, cuboid | something with a place and a temperature; its surface; the box most surfaces start from |
+//! | room, floor plan | what is simulated; one way to write it down |
+//! | trajectory, motion, waypoint | where someone is at each time; how speed is spread over it; a point in the file |
+//! | thermal, transient, print | properties beyond one temperature; warming or cooling; warmth left on other bodies |
+//! | profile, unit | the file that describes a sensor; the sensor |
+//!
 //! The crate must not know files, clocks, registers or HTTP, and has no randomness of its own: trajectories come through
 //! [`Files`], time and seed are arguments.
 //!
