@@ -162,7 +162,7 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         By(PACKAGES, INSTALLED),
     ),
     (
-        "sudo apt install ./grideye-agent_0.1.0_arm64.deb",
+        "sudo apt install ./grideye-agent_0.2.0_arm64.deb",
         By(PACKAGES, INSTALLED),
     ),
     ("sudo usermod -aG i2c $USER", Not("a Raspberry Pi")),
