@@ -1,4 +1,4 @@
-//! The dependency table of `crates/README.md`, held against the manifests; and what else the code map promises.
+//! What `crates/README.md` promises, held against the manifests and the sources.
 
 #![expect(
     clippy::unwrap_used,
@@ -17,8 +17,8 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// What a manifest of one crate names, and so what its row of the table has to name.
-#[derive(Debug, Default, PartialEq, Eq)]
+/// What a manifest of one crate names.
+#[derive(Debug, Default)]
 struct Uses {
     /// In `dependencies` and `build-dependencies`, for whatever target.
     always: BTreeSet<String>,
@@ -76,48 +76,32 @@ fn manifests() -> BTreeMap<String, Uses> {
         .collect()
 }
 
-/// The table "Who may depend on what": crate → what it uses, what its tests use besides, what it must not know.
-fn table() -> BTreeMap<String, (Uses, BTreeSet<String>)> {
+/// The table "What a crate must not know": crate → the names that its cell has between backticks.
+fn table() -> BTreeMap<String, BTreeSet<String>> {
     let map = std::fs::read_to_string(root().join("crates/README.md")).unwrap();
     let rows = map.lines().filter_map(|line| line.strip_prefix("| `"));
     rows.map(|row| {
         let cells: Vec<&str> = row.split('|').collect();
-        let [name, always, in_tests, must_not, ""] = cells[..] else {
+        let [name, must_not, ""] = cells[..] else {
             panic!("the table of crates/README.md has another number of columns in {row}");
         };
         // Every second piece of a cell stands between backticks.
-        let named = |cell: &str| {
-            cell.split('`')
-                .skip(1)
-                .step_by(2)
-                .map(str::to_owned)
-                .collect::<BTreeSet<_>>()
-        };
-        let uses = Uses {
-            always: named(always),
-            in_tests: named(in_tests),
-        };
+        let named = must_not.split('`').skip(1).step_by(2).map(str::to_owned);
         (
             name.trim_end_matches(['`', ' ']).to_owned(),
-            (uses, named(must_not)),
+            named.collect(),
         )
     })
     .collect()
 }
 
 #[test]
-fn the_table_of_dependencies_is_what_the_manifests_say() {
+fn the_table_of_what_a_crate_must_not_know_has_every_crate() {
     let (table, manifests) = (table(), manifests());
     assert_eq!(
         table.keys().collect::<Vec<_>>(),
         manifests.keys().collect::<Vec<_>>()
     );
-    for (name, uses) in &manifests {
-        assert_eq!(
-            &table[name].0, uses,
-            "left crates/README.md, right the manifest of {name}"
-        );
-    }
 }
 
 /// The drawing of crates by floor: whoever is named on an upper line uses only those below.
@@ -146,7 +130,7 @@ fn every_crate_uses_only_crates_of_lower_floors() {
 #[test]
 fn no_crate_depends_on_what_it_must_not_know() {
     let manifests = manifests();
-    for (name, (_, must_not)) in table() {
+    for (name, must_not) in table() {
         // What it depends on, and what that depends on within this workspace.
         let mut known = BTreeSet::new();
         let mut next = vec![name.clone()];
