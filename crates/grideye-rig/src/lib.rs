@@ -23,7 +23,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The crate must not know HTTP servers, files or the command line.
+//! The crate must not know HTTP servers or files.
 
 mod clock;
 mod error;
