@@ -21,25 +21,28 @@ const DOCUMENTS: [(&str, &Rows, &str); 3] = [
 ];
 const HEADING: &str = "## Every key\n";
 
-/// The section of a document: one table of keys for each table of the file, as deep as they go.
+/// The section of a document: one table of keys for each table of the file, as deep as they go. What stands in an
+/// earlier table with the same words is only named.
 fn section(rows: &'static Rows, top: &str) -> String {
     let mut text = HEADING.to_owned();
     let mut tables = vec![(top.to_owned(), rows)];
+    let mut explained: Vec<(String, String)> = Vec::new();
     let mut next = 0;
     while let Some((title, rows)) = tables.get(next).cloned() {
         text += &format!("\nKeys of {title}:\n\n| key | value | |\n|---|---|---|\n");
+        let mut same: Vec<(String, String)> = Vec::new();
         for row in rows.all() {
-            let required = if rows.required.contains(&row.name()) {
-                "; required"
-            } else {
-                ""
-            };
-            let meaning = row.doc.replace('|', "\\|");
-            text += &format!(
-                "| `{}` | {}{required} | {meaning} |\n",
-                row.name(),
-                value(row)
-            );
+            let line = line(row, rows);
+            match explained.iter().find(|(known, _)| *known == line) {
+                Some((_, at)) => match same.iter_mut().find(|(known, _)| known == at) {
+                    Some((_, names)) => *names += &format!(", `{}`", row.name()),
+                    None => same.push((at.clone(), format!("`{}`", row.name()))),
+                },
+                None => {
+                    text += &line;
+                    explained.push((line, title.clone()));
+                }
+            }
             let (below, title) = match row.kind {
                 Kind::Table(below) => (below, format!("`[{}]`", row.key)),
                 Kind::Tables(below, _) => (below, format!("`[[{}]]`", row.key)),
@@ -53,9 +56,24 @@ fn section(rows: &'static Rows, top: &str) -> String {
                 None => tables.push((title, below)),
             }
         }
+        for (at, names) in same {
+            text += &format!("\nAs in {at}: {names}.\n");
+        }
         next += 1;
     }
     text
+}
+
+/// A key's row of the table.
+fn line(row: &Row, rows: &Rows) -> String {
+    let required = if rows.required.contains(&row.name()) {
+        "; required"
+    } else {
+        ""
+    };
+    let meaning = row.doc.replace('|', "\\|");
+    let (name, value) = (row.name(), value(row));
+    format!("| `{name}` | {value}{required} | {meaning} |\n")
 }
 
 fn value(row: &Row) -> String {
