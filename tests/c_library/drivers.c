@@ -1,5 +1,5 @@
 /* How published drivers in C and C++ use the registers, each in own code: what goes over the bus is theirs, and so is what they
- * make of it, mistakes included. crates/grideye/DRIVERS.md has the same results of the drivers themselves. */
+ * make of it, mistakes included. crates/amg8833-emulator/CONFORMANCE.md has the same results of the drivers themselves. */
 #include "check.h"
 
 static amg8833_bus bus;

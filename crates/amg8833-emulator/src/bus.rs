@@ -80,6 +80,36 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
     }
 
     /// Lets transactions take no time, for a test that sets every instant itself. No way of reading then mixes two frames.
+    /// Otherwise a driver that reads a frame in parts now and then mixes two, which frames that are each of one temperature
+    /// show:
+    ///
+    /// ```rust
+    /// use amg8833_emulator::{Address, Bus, ManualClock};
+    /// use core::time::Duration;
+    /// use embedded_hal::i2c::I2c;
+    /// use grideye_frame::{Celsius, Frame};
+    ///
+    /// /// A quarter of a degree more with every frame.
+    /// fn steps(t: Duration) -> Frame {
+    ///     Frame::uniform(Celsius::new((t.as_millis() / 100 % 400) as f32 / 4.0))
+    /// }
+    ///
+    /// let mixed = |mut bus: Bus<ManualClock, fn(Duration) -> Frame>| {
+    ///     let mut frames = 0;
+    ///     for _ in 0..200 {
+    ///         let mut pixels = [0; 128];
+    ///         for (register, part) in [0x80, 0xA0, 0xC0, 0xE0].into_iter().zip(pixels.chunks_mut(32)) {
+    ///             bus.write_read(0x69, &[register], part).unwrap();
+    ///         }
+    ///         frames += u32::from(pixels.chunks(2).any(|pixel| *pixel != pixels[..2]));
+    ///         bus.clock().advance(Duration::from_millis(100));
+    ///     }
+    ///     frames
+    /// };
+    /// let bus = || Bus::with_sensor(ManualClock::new(), Address::High, steps as fn(Duration) -> Frame);
+    /// assert!(mixed(bus()) > 10);
+    /// assert_eq!(mixed(bus().with_instant_transactions()), 0); // for a test that sets every instant itself
+    /// ```
     #[must_use]
     pub fn with_instant_transactions(mut self) -> Self {
         self.wire.scl_hz = None;

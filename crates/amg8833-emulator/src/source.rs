@@ -5,6 +5,52 @@ use grideye_frame::Frame;
 
 /// The scene before the sensor as a function of time: a closure `FnMut(Duration) -> Frame`, or a [`Frame`] that never
 /// changes.
+///
+/// A room with a person who walks below the sensor is a scene, in a file or in the test:
+///
+/// ```rust
+/// use amg8833_emulator::{Address, Bus, ManualClock};
+/// use core::time::Duration;
+/// use embedded_hal::i2c::I2c;
+/// use grideye_frame::Celsius;
+/// use grideye_scene::{Scene, Simulator};
+///
+/// const ROOM: &str = r#"
+///     room = { size_mm = [4000, 4000, 2700], ambient_c = 20 }
+///
+///     [[agent]]
+///     name = "person"
+///     size_mm = [300, 500, 1750]
+///     temperature_c = 28
+///     trajectory = "across"
+///     speed_mm_per_s = 500
+///
+///     [[sensor]]
+///     name = "ceiling"
+///     preset = "grid-eye"
+///     position_mm = [2000, 2000, 2700]
+///     elevation_deg = 90
+///     azimuth_deg = 0
+///     sampling_hz = 10
+/// "#;
+///
+/// let across = |_: &str| Ok("x_mm,y_mm,z_mm\n300,2000,0\n3700,2000,0\n".to_owned());
+/// let room = Scene::parse(ROOM, "room", &across)?.scene;
+/// let simulator = Simulator::new(&room, "ceiling")?;
+/// let person = move |t| simulator.noisy(t, 42).to_frame(Celsius::new(24.5)).unwrap();
+/// let mut bus = Bus::with_sensor(ManualClock::new(), Address::High, person);
+///
+/// // The driver reads its frames here: nobody is below the sensor at first; after three seconds a person is.
+/// let mut warmest = |seconds| {
+///     bus.clock().set(Duration::from_secs(seconds));
+///     let mut pixels = [0; 128];
+///     bus.write_read(0x69, &[0x80], &mut pixels).unwrap();
+///     pixels.chunks(2).map(|word| f32::from(word[0]) / 4.0).fold(0.0, f32::max)
+/// };
+/// assert!(warmest(1) < 22.0);
+/// assert!(warmest(3) > 24.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait FrameSource {
     /// The array's measurement at `t`, the host time of a sensor tick. The sensor asks once per tick, in order.
     /// Temperatures beyond the register range saturate; not-a-number is a converter overflow.

@@ -1,5 +1,5 @@
-//! `crates/grideye/DRIVERS.md`, which prints what drivers of other authors return below zero: its tests exist, its versions
-//! are those of the tests, and the Python drivers return what it prints.
+//! The drivers of other authors in the emulator's `CONFORMANCE.md`, which prints what they return below zero: the tests
+//! exist, the versions are those of the tests, and the Python drivers return what the page prints.
 
 use grideye_tests::emulated::run_emulated;
 use grideye_tests::programs::root;
@@ -8,8 +8,11 @@ use serde_json::Value;
 
 /// The cells of the rows whose last one names a path of this repository.
 fn rows() -> Vec<Vec<String>> {
-    let page = std::fs::read_to_string(root().join("crates/grideye/DRIVERS.md")).unwrap();
-    let rows = page.lines().filter(|line| line.ends_with("` |"));
+    let page = root().join("crates/amg8833-emulator/CONFORMANCE.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let (_, drivers) = page.split_once("## Drivers below zero\n").unwrap();
+    let (drivers, _) = drivers.split_once("\n## ").unwrap();
+    let rows = drivers.lines().filter(|line| line.ends_with("` |"));
     let rows: Vec<Vec<String>> = rows
         .map(|row| {
             row.split(" | ")
@@ -39,7 +42,8 @@ fn the_drivers_of_the_table_are_those_of_the_tests() {
     for row in rows() {
         let place = row.last().unwrap().trim_matches('`');
         assert!(root().join(place).exists(), "{place}");
-        let (name, version) = row[0].rsplit_once(' ').unwrap();
+        let driver = row[0].split(" (").next().unwrap();
+        let (name, version) = driver.rsplit_once(' ').unwrap();
         let pinned = [
             format!("{name}=={version}\n"),
             format!("name = \"{name}\"\nversion = \"{version}\"\n"),
@@ -66,7 +70,7 @@ fn the_python_drivers_return_what_the_table_prints() {
         let answer: Value = serde_json::from_str(&ended.stdout).unwrap();
         let found = [&answer["frame"][7][7], &answer["thermistor"]];
         let found = found.map(|value| value.as_f64().unwrap());
-        let printed = [number(&row[2]), number(&row[3])];
+        let printed = [number(&row[1]), number(&row[2])];
         assert!(
             (found[0] - printed[0]).abs() < 1e-9 && (found[1] - printed[1]).abs() < 1e-9,
             "{row:?}: {found:?}"
