@@ -17,10 +17,6 @@ pub(crate) enum Kept {
 use Kept::{By, Emulated, Not, Run, Serves};
 
 pub(crate) const PIPELINE: &str = "tests/tests/pipeline.rs";
-pub(crate) const GUESTS: &str = "tests/tests/guests.rs";
-pub(crate) const X86: &str = "a_stock_kernel_on_x86_64_has_the_emulated_chip_on_a_real_bus";
-pub(crate) const ARM: &str =
-    "an_arm64_guest_fetches_the_chip_over_tcp_and_runs_the_agent_for_the_raspberry_pi";
 pub(crate) const JOINING: &str = "tests/tests/joining/pasted.rs";
 pub(crate) const JOINING_CHECK: &str = "tests/tests/joining/check.rs";
 pub(crate) const PASTED: &str =
@@ -221,19 +217,6 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     (
         "cargo run -p i2c-emulation --example with_a_chip -- i2cget -y 1 0x50 0x10 i 4",
         Run("", &["0x10 0x11 0x12 0x13"]),
-    ),
-    ("modprobe -a vhci-hcd i2c-tiny-usb i2c-dev", By(GUESTS, X86)),
-    (
-        "grideye emulate --scene scenes/experiment-1.toml --usbip -- i2cdetect -l",
-        By(GUESTS, X86),
-    ),
-    (
-        "grideye emulate --scene scenes/experiment-1.toml --usbip 127.0.0.1:3240",
-        By(GUESTS, ARM),
-    ),
-    (
-        "usbip --tcp-port 3240 attach -r 10.0.2.2 -b 1-1",
-        By(GUESTS, ARM),
     ),
     // scenes/README.md
     (
