@@ -358,18 +358,19 @@ async fn a_step_of_the_wall_clock_is_logged_once_with_its_size() {
     assert_eq!(by_s, ["86400", "-259200"]);
 }
 
-/// The README's SQL for deleting from a database: by named days, without a clock, and never from a recording.
+/// The SQL for deleting from a database: by named days, without a clock, and never from a recording.
 #[tokio::test]
 async fn the_documented_sql_deletes_the_named_days_of_no_recording_and_counts_them() {
     let Some(cluster) = postgres::shared("deletion by SQL") else {
         return;
     };
-    let text = include_str!("../../README.md");
-    let blocks = text.split("```sql\n").skip(1);
-    let blocks: Vec<&str> = blocks.filter_map(|rest| rest.split("```").next()).collect();
-    let [look, delete, forget] = blocks[..] else {
-        panic!("{} pieces of SQL", blocks.len());
-    };
+    let page = include_str!("../../README.md");
+    for name in ["days", "delete-days", "delete-boots"] {
+        assert!(page.contains(&format!("-f crates/grideye-collector/sql/{name}.sql\n")));
+    }
+    let look = include_str!("../../sql/days.sql");
+    let delete = include_str!("../../sql/delete-days.sql");
+    let forget = include_str!("../../sql/delete-boots.sql");
     let url = cluster.database();
     let (location, limits) = (url.parse().unwrap(), Limits::default());
     let store = store::PostgresStore::open(&location, &limits)
@@ -389,8 +390,8 @@ async fn the_documented_sql_deletes_the_named_days_of_no_recording_and_counts_th
     let days = ["1970-01-01|10", "2023-11-14|45", "2023-11-15|5"];
     assert_eq!(postgres::sql(&url, look), days.join("\n"));
     let named = delete
-        .replace("2026-01-01", "2023-11-14")
-        .replace("2026-02-01", "2023-11-15");
+        .replace(":'first'", "'2023-11-14'")
+        .replace(":'before'", "'2023-11-15'");
     let _ = postgres::sql(&url, &named);
     let days = ["1970-01-01|10", "2023-11-14|10", "2023-11-15|5"];
     assert_eq!(postgres::sql(&url, look), days.join("\n"));
