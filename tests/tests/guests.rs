@@ -1,4 +1,4 @@
-//! Way 4 in whole machines: QEMU guests with Debian's stock kernel and a real `/dev/i2c-N`, and the agent built for a
+//! A USB adapter in whole machines: QEMU guests with Debian's stock kernel and a real `/dev/i2c-N`, and the agent built for a
 //! Raspberry Pi. `tests/guests/way-4` and `kernel-driver` run in the guest; the results are checked here.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]

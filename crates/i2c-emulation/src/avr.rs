@@ -1,4 +1,4 @@
-//! Way 5: the firmware of an AVR microcontroller, run cycle by cycle by libsimavr, with an emulated bus on its TWI.
+//! The firmware of an AVR microcontroller, run cycle by cycle by libsimavr, with an emulated bus on its TWI.
 //!
 //! The simulator is a process of its own, compiled on the machine where it runs from [`CLIENT`] and libsimavr, and a client of
 //! the [`socket`](crate::socket). Its cycles move the machine's time: see [`Surroundings`](crate::rack::Surroundings).

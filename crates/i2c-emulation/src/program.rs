@@ -1,4 +1,4 @@
-//! Way 3 as a whole: `/dev/i2c-N` for one program, by [`syscalls`].
+//! A `/dev/i2c-N` for one program, by [`syscalls`].
 
 use crate::ioctl::AdapterMode;
 use crate::rack::Rack;

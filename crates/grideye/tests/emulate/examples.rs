@@ -61,7 +61,7 @@ fn is_to_be_left_out(needs: &str) -> bool {
         "usbip" => {
             let is_missing = !Path::new("/sys/devices/platform/vhci_hcd.0").exists();
             if is_missing {
-                skip::part("the example of EMULATE.md for way 4 (this kernel has no vhci-hcd; tests/guests runs way 4)");
+                skip::part("the example of EMULATE.md with --usbip (this kernel has no vhci-hcd; tests/guests runs it)");
             }
             is_missing
         }

@@ -293,7 +293,7 @@ fn an_address_that_is_taken_is_refused() {
     );
 }
 
-/// Without the kernel's virtual controller, or without root, way 4 says what is missing.
+/// Without the kernel's virtual controller, or without root, `--usbip` says what is missing.
 #[test]
 fn a_kernel_that_takes_no_adapter_is_named_with_its_modules() {
     if Path::new("/sys/devices/platform/vhci_hcd.0").exists() {

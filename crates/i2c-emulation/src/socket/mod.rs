@@ -1,4 +1,4 @@
-//! Way 2: other processes reach the emulated buses over a Unix socket, with the packets of [`protocol`].
+//! Other processes reach the emulated buses over a Unix socket, with the packets of [`protocol`].
 //!
 //! A client addresses either the bare bus, as this crate's [`EmulatedAdapter`](crate::adapter::EmulatedAdapter), or the
 //! adapter that a program finds at `/dev/i2c-N`: the [`ioctl`](crate::ioctl) layer then rejects what a real adapter

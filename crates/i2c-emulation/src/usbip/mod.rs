@@ -1,4 +1,4 @@
-//! Way 4: a real `/dev/i2c-N` of the real kernel, by an emulated USB adapter, the classic i2c-tiny-usb (0403:c631).
+//! A real `/dev/i2c-N` of the real kernel, by an emulated USB adapter, the classic i2c-tiny-usb (0403:c631).
 //!
 //! The adapter supports only control transfers and speaks USB/IP to vhci-hcd; the kernel's i2c-tiny-usb and i2c-dev do
 //! the rest. [`attach`] connects it to this machine's kernel; [`Server`] offers it to another machine or guest over

@@ -1,4 +1,4 @@
-//! Way 2 as other processes see it: a client by the document, the Python client, raw packets, and the socket's file.
+//! The socket as other processes see it: a client by the document, the Python client, raw packets, and the socket's file.
 //!
 //! Name what the machine lacks: `GRIDEYE_WITHOUT_PYTHON_DRIVERS=1` skips the comparison with the real smbus2 from PyPI,
 //! `GRIDEYE_WITHOUT_I2C_TOOLS=1` what needs Python, if there is none.

@@ -8,7 +8,7 @@ use i2c_emulation::socket::Options;
 use crate::bench::Bench;
 use crate::python::{output, python};
 
-/// The first code block of a language after the heading of way 2, or else after the beginning.
+/// The first code block of a language after the heading of the socket, or else after the beginning.
 pub(crate) fn block(text: &str, language: &str) -> String {
     let text = text
         .split_once("## Another process")
