@@ -29,7 +29,7 @@ fn section(rows: &'static Rows, top: &str) -> String {
     let mut explained: Vec<(String, String)> = Vec::new();
     let mut next = 0;
     while let Some((title, rows)) = tables.get(next).cloned() {
-        text += &format!("\nKeys of {title}:\n\n| key | value | |\n|---|---|---|\n");
+        text += &format!("\n| {title} | value | |\n|---|---|---|\n");
         let mut same: Vec<(String, String)> = Vec::new();
         for row in rows.all() {
             let line = line(row, rows);

@@ -29,6 +29,21 @@ impl Profile {
 
     /// What this `seed`'s unit measures of a perfect frame in 100 ms tick `index`, at `t` since power-on.
     ///
+    /// At tick `i`, each pixel `p` measures
+    ///
+    /// ```text
+    /// scene[p] + offset_c[p] + spread_c · N(unit, p)                               pattern
+    ///          + sd_c · W(t / correlation_s) - cycle_depth_c if i ≡ seed (mod 5)   common mode
+    ///          + start_c · exp(-t / time_constant_s) + drift_c_per_hour · t        warm-up
+    ///          + sigma_c[p] · N(i, p)                                              noise
+    /// ```
+    ///
+    /// and the thermistor `ambient + offset_c · (1 - exp(-t / lag_s)) + sigma_c · N(i)`. `N` are independent standard
+    /// normal draws. `W` has variance 1 everywhere and an autocorrelation of 0.29 at 1 and 0 from 2 on: it is drawn at
+    /// whole numbers and blended in between. Octaves, which imitate the flicker of real sensors, add independent `W(x)`,
+    /// `W(2x)`, `W(4x)` and so on, divided by the root of their number. With the glitches' probability, one pixel then
+    /// becomes 0.0 °C.
+    ///
     /// Draws are ChaCha with 12 rounds. Key, little-endian: seed (8), purpose (8: 1 tick, 2 wander, 3 unit), the
     /// wander's octave or zero (8), `grideyep` (8). Stream: the tick, the wander's knot, or 0. Results never go below
     /// absolute zero.

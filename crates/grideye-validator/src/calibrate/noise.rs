@@ -305,7 +305,7 @@ mod tests {
         assert!((ours / theirs - 1.0).abs() < 1e-9, "{ours} {theirs}");
     }
 
-    /// scenes/profiles/README.md: 0.29 at 1, and 0 from 2 on.
+    /// As `Profile::apply` says: 0.29 at 1, and 0 from 2 on.
     #[test]
     fn the_wander_forgets_itself_as_the_profile_says() {
         assert!((wander(0.0) - 1.0).abs() < 1e-12);

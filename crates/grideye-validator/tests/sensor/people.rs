@@ -318,7 +318,7 @@ azimuth_deg = 0
     )
 }
 
-/// As scenes/README.md says: with `sd` on both, a head does not end colder than the trunk below it.
+/// As CALIBRATION.md says: with `sd` on both, a head does not end colder than the trunk below it.
 #[test]
 fn a_head_of_parts_stays_warmer_than_its_trunk() {
     let across = |_: &str| Ok("x_mm,y_mm,z_mm\n8000,800,0\n8000,4200,0\n".to_owned());
