@@ -49,7 +49,7 @@ fn the_drivers_of_the_table_are_those_of_the_tests() {
             format!("name = \"{name}\"\nversion = \"{version}\"\n"),
         ];
         let is_pinned = pinned.iter().any(|pin| pins.contains(pin.as_str()));
-        assert!(is_pinned || name == "Linux 6.1", "{name} {version}");
+        assert!(is_pinned || driver == "Linux 6.1", "{driver}");
     }
 }
 
