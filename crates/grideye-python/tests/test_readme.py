@@ -36,20 +36,26 @@ def test_from_a_scene_to_frames_and_a_sensor(tmp_path, monkeypatch, walk):
     assert seen["bus"].now == pytest.approx(5.25 + 318 / 100_000)
 
 
-def test_the_fixture(pytester):
+@pytest.mark.parametrize(("sign", "outcomes"), [("- (word >> 11 << 12)", {"passed": 2}), ("", {"passed": 1, "failed": 1})])
+def test_the_fixture(pytester, sign, outcomes):
     shutil.copy(SCENES / "experiment-1.toml", pytester.path / "room.toml")
     pytester.makepyfile(
-        my_driver="""
-        class Presence:
+        my_driver=f"""
+        class Camera:
             def __init__(self, bus):
                 self.bus = bus
 
+            def pixels(self):
+                words = [self.bus.read_word_data(0x69, 0x80 + 2 * pixel) for pixel in range(64)]
+                return [(word {sign}) / 4 for word in words]
+
+        class Presence(Camera):
             def is_present(self):
-                return max(self.bus.read_word_data(0x69, 0x80 + 2 * pixel) for pixel in range(64)) > 24 * 4
+                return max(self.pixels()) > 24
         """
     )
     pytester.makepyfile(programs()[2])
-    pytester.runpytest_subprocess().assert_outcomes(passed=1)
+    pytester.runpytest_subprocess().assert_outcomes(**outcomes)
 
 
 CAMERA = """
