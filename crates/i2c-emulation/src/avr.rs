@@ -1,7 +1,12 @@
 //! The firmware of an AVR microcontroller, run cycle by cycle by libsimavr, with an emulated bus on its TWI.
 //!
 //! The simulator is a process of its own, compiled on the machine where it runs from [`CLIENT`] and libsimavr, and a client of
-//! the [`socket`](crate::socket). Its cycles move the machine's time: see [`Surroundings`](crate::rack::Surroundings).
+//! the [`socket`](crate::socket). Its cycles move the machine's time: see [`Surroundings`](crate::rack::Surroundings). simavr
+//! is GPL 3; its user installs it, and nothing of it is linked or shipped here.
+//!
+//! The client mends what would be seen of simavr 1.6 (Debian 12): the length of a byte, TWINT for firmware that polls it, and
+//! the status of an address for writing. What is left: START and STOP take no time; on a held bus time goes on and the
+//! address is not acknowledged; a second START to write becomes STOP and START, and one to read goes on with the first.
 
 use std::fs::{self, File};
 use std::io::{self, Read as _};
