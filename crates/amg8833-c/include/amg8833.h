@@ -3,7 +3,7 @@
  * A bus with up to two sensors, at 0x68 and 0x69, and a clock that only you and the bus move. Temperatures are in degrees
  * Celsius, pixels in the order of the registers: number n of the datasheet is pixels_c[n - 1]. Times are in nanoseconds since
  * amg8833_init(). Behavior is that of the AMG88 specification (2016); where it is silent or users saw something else, that of
- * crates/amg8833-emulator/README.md.
+ * crates/amg8833-emulator/CONFORMANCE.md.
  *
  *   Memory    A bus is in memory of yours, as any struct: global, local or from malloc. Nothing is allocated, except for
  *             scenes. Do not copy or move it once it is made.
