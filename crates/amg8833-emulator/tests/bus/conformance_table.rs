@@ -172,7 +172,7 @@ const TESTS_OF_STATEMENTS: &[(&str, &[&str])] = &[
         &["nothing_is_clamped_at_zero"],
     ),
     (
-        "values saturate at 0x7FF and 0x800 with OVF_IRS, which stays until cleared; no number is 0x7FF",
+        "values saturate at 0x7FF and 0x800 with OVF_IRS, which stays until cleared; what is not a number reads 0x7FF",
         &[
             "words_saturate",
             "a_value_that_is_no_number_is_an_overflow",
