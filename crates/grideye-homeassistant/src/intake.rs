@@ -175,24 +175,18 @@ impl Intake {
 
     /// Stores what was heard together, and acknowledges it in its order (mqtt-v3.1.1, §4.6).
     async fn take(&mut self, heard: Vec<Heard>, connection: &mut Connection) -> Result<(), Fault> {
-        let mut batches = Vec::new();
-        let mut ids = Vec::new();
+        let mut messages = Vec::with_capacity(heard.len());
         for heard in heard {
             match heard {
                 Heard::Published(message, id) => {
-                    ids.extend(id);
-                    match self.read(&message) {
-                        Ok(Some(batch)) => batches.push((message.topic, batch)),
-                        Ok(None) => {}
-                        Err(what) => self.refuse(&message.topic, &what),
-                    }
+                    let read = self.read(&message);
+                    messages.push((message.topic, id, read));
                 }
                 Heard::TooLong(topic, bytes, id) => {
-                    ids.extend(id);
                     let what = format!(
                         "a message may have {MESSAGE_BYTES_MAX} bytes, not {bytes}\nhint: publish fewer frames at once"
                     );
-                    self.refuse(&topic, &what);
+                    messages.push((topic, id, Err(what)));
                 }
                 Heard::Subscribed(codes) if codes.iter().any(|code| *code >= 0x80) => {
                     let refused = LogEvent::new(Level::Warning, "mqtt_may_not_read");
@@ -204,21 +198,26 @@ impl Intake {
                 Heard::Subscribed(_) | Heard::Connected(_) | Heard::Pong => {}
             }
         }
-        let (topics, batches): (Vec<_>, Vec<_>) = batches.into_iter().unzip();
-        let stored = join_all(batches.into_iter().map(|batch| self.ingest.store(batch))).await;
-        for (topic, stored) in topics.iter().zip(stored) {
-            match stored {
-                Ok(()) => self.status.took(),
-                // What was not acknowledged comes again with the next connection.
-                Err(refusal) if refusal.may_pass() => {
+        let ingest = &self.ingest;
+        let stored = join_all(messages.iter_mut().map(|(_, _, read)| {
+            let batch = read.as_mut().ok().and_then(Option::take);
+            async move { Some(ingest.store(batch?).await) }
+        }));
+        for ((topic, id, read), stored) in messages.iter().zip(stored.await) {
+            match (read, stored) {
+                (Err(what), _) => self.refuse(topic, what),
+                (Ok(_), None) => {}
+                (Ok(_), Some(Ok(()))) => self.status.took(),
+                // It comes again with the next connection, and so does what follows it.
+                (Ok(_), Some(Err(refusal))) if refusal.may_pass() => {
                     self.say(topic, "mqtt_frames_wait", &refusal.to_string());
                     return Err(Fault::not_stored(&refusal));
                 }
-                Err(refusal) => self.refuse(topic, &refusal.to_string()),
+                (Ok(_), Some(Err(refusal))) => self.refuse(topic, &refusal.to_string()),
             }
-        }
-        for id in ids {
-            connection.acknowledge(id).await?;
+            if let Some(id) = id {
+                connection.acknowledge(*id).await?;
+            }
         }
         Ok(())
     }

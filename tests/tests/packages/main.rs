@@ -355,6 +355,7 @@ fn the_packages_hold_what_a_debian_system_looks_for() {
         "usr/lib/systemd/system/grideye-collector.service",
         "usr/share/man/man1/grideye-token-make.1.gz",
         "usr/share/doc/grideye/examples/experiment-1.toml",
+        "usr/share/doc/grideye/sql/days.sql",
     ] {
         assert!(
             of_grideye.contains(&format!(" ./{path}\n")),
