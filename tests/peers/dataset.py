@@ -160,20 +160,15 @@ def check_labels(arrays):
     assert numpy.array_equal(arrays["people"], arrays["counts"].sum(axis=1))
 
 
-def loaders():
-    """The loaders of the document, with the two libraries' base classes alone."""
+def loader():
+    """The loader of the document, with its library's base class alone."""
     text = Path("crates/grideye/DATASET.md").read_text()
     base = type("Base", (), {"__init__": lambda self, **more: None})
-    torch = types.SimpleNamespace(utils=types.SimpleNamespace(data=types.SimpleNamespace(Dataset=base)), from_numpy=lambda array: array)
-    keras = types.SimpleNamespace(utils=types.SimpleNamespace(PyDataset=base))
-    sys.modules.update(torch=torch, keras=keras)
-    blocks = [block.split("```")[0] for block in text.split("```python\n")[1:]]
-    for block in blocks:
-        if "datasets" in block:
-            continue
-        names = {}
-        exec(block, names)
-        yield next(names[name] for name in ["Frames", "Batches"] if name in names)
+    sys.modules["keras"] = types.SimpleNamespace(utils=types.SimpleNamespace(PyDataset=base))
+    (block,) = [block.split("```")[0] for block in text.split("```python\n")[1:] if "import datasets" not in block]
+    names = {}
+    exec(block, names)
+    return names["Batches"]
 
 
 # Without anything that varies, each frame is what `simulate` makes of its moment with its seed.
@@ -193,7 +188,7 @@ residual = arrays["celsius"].astype("f8") - arrays["truth_c"]
 print(f"noise {residual.std():.4f} K about {residual.mean():+.5f} K in {residual.size} pixels")
 assert abs(residual.mean()) < 5 * 0.2 / residual.size**0.5 and abs(residual.std() - 0.2) < 0.2 * 5 / (2 * residual.size) ** 0.5
 
-# The records, mapped into memory, are the arrays; and so are the documented loaders'.
+# The records, mapped into memory, are the arrays; and so are the documented loader's.
 records = dataset("records", "--format", "npy")
 mapped = [numpy.load(part, mmap_mode="r") for part in sorted(records.glob("part-*.npy"))]
 assert all(isinstance(part, numpy.memmap) and part.itemsize % 8 == 0 for part in mapped)
@@ -201,21 +196,15 @@ for name in mapped[0].dtype.names:
     found = numpy.concatenate([part[name] for part in mapped])
     assert same(found, arrays[name]) and found.dtype.kind == arrays[name].dtype.kind, name
 assert set(arrays) - set(mapped[0].dtype.names) <= {"vary", "vary_text"}
-torch_frames, keras_batches = loaders()
-frames = torch_frames(records)
-assert len(frames) == FRAMES
 excess = arrays["excess_c"] - numpy.median(arrays["excess_c"], axis=(1, 2), keepdims=True)
-for number in range(FRAMES):
-    excess_c, people = frames[number]
-    assert numpy.array_equal(excess_c, excess[number]) and people == arrays["people"][number]
-batches = keras_batches(records, size=PER_PART)
+batches = loader()(records, size=PER_PART)
 pairs = [batches[number] for number in range(len(batches))]
 assert numpy.array_equal(numpy.concatenate([pair[0] for pair in pairs])[..., 0], excess)
 assert numpy.array_equal(numpy.concatenate([pair[1] for pair in pairs]), arrays["people"])
 assert numpy.array_equal(numpy.concatenate([pair[2] for pair in pairs]), arrays["clear"])
 check_labels(arrays)
 
-del sys.modules["torch"], sys.modules["keras"]  # which it would take for the real ones
+del sys.modules["keras"]  # which it would take for the real one
 
 # As Hugging Face's library loads the folder: without and with splits, in clips and of both built-in scenes.
 check_hub(plain, {"train": FRAMES})
