@@ -68,7 +68,7 @@ export class PlayedSensor {
     if (this.#watcher === null || this.#moment === null) return;
     const { frame, boot, why } = this.#moment;
     this.#watcher.state(frame ? "live" : "missing", why ?? "");
-    if (frame) this.#watcher.frame(frame, { boot });
+    if (frame) this.#watcher.frame(frame, { boot, began_boot_ns: this.#track.began_ns(boot) });
   }
 
   #draw({ frame, clock, boot, seconds, why }) {

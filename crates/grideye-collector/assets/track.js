@@ -27,7 +27,7 @@ export class Track {
     this.#moments.sort((one, other) => one.at - other.at);
     this.#moments = joined(this.#moments);
     const rowsOnly = this.#moments.filter(({ kind }) => kind === FRAME || kind === MISSING);
-    this.#runs = Map.groupBy(rowsOnly.map(({ at, row, boot }) => ({ at, boot, seq: rows.seq(row) })), ({ boot }) => boot);
+    this.#runs = Map.groupBy(rowsOnly.map(({ at, row, boot }) => ({ at, boot, row, seq: rows.seq(row) })), ({ boot }) => boot);
     this.#times = Float64Array.from(this.#moments, ({ at }) => at);
     this.lows = new Float32Array(this.#moments.length);
     this.means = new Float32Array(this.#moments.length);
@@ -49,6 +49,11 @@ export class Track {
   /** The boots of its frames, in order of time. */
   get boots() {
     return [...this.#runs.keys()];
+  }
+
+  /** When a boot's first frame here was measured, by its boot clock, ns. */
+  began_ns(boot) {
+    return 1e9 * this.#rows.bootTime(this.#runs.get(boot)[0].row);
   }
 
   isFrame(index) {

@@ -234,7 +234,8 @@ export class Beside {
     if (!this.#root.isConnected || this.#newest === null) return;
     const { frame, began } = this.#newest;
     this.#fields.first.hidden = began === null;
-    // An emulated sensor starts its scene with its first frame. For real people, somebody starts it.
+    // An emulated sensor starts its scene with its first frame, and a recording is taken to begin with its scene, as by
+    // `grideye compare`. For people before a real sensor, somebody starts it.
     if (this.#scene?.moves && !this.#scene.starts_utc && this.#chosen.originNs === null && began !== null) {
       this.#change({ originNs: began, boot: this.#newest.boot });
     }
@@ -444,7 +445,7 @@ function optionsOf(scene) {
 function clockWords(moment, scene) {
   if (!scene.moves) return "Nothing moves in this scene.";
   switch (moment.state) {
-    case "unset": return `This scene moves for ${duration(scene.seconds)}. ${scene.starts_utc ? `It starts at ${scene.starts_utc}.` : "Start it when its people start."}`;
+    case "unset": return `This scene moves for ${duration(scene.seconds)}. ${scene.starts_utc ? `It starts at ${scene.starts_utc}.` : "Start it at its second 0."}`;
     case "before": return `The scene starts in ${duration(moment.until)}.`;
     case "ended": return `The scene ended ${duration(moment.since)} ago.`;
     default: return `Second ${moment.second.toFixed(1)} of ${scene.seconds.toFixed(1)}${moment.turn ? `, round ${moment.turn}` : ""}.`;

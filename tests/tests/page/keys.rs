@@ -384,7 +384,7 @@ fn everything_is_reached_with_tab_and_enter_from_recording_to_the_devices() -> O
     desk.wait(offered, &json!(true))?;
     browser.press(ENTER)?;
     desk.says("#played-beside [data-field=clock]", |text| {
-        text.contains("Start it when its people start")
+        text == "Second 5.9 of 6.0."
     })?;
     desk.tab_to("#played-beside [data-field=begin]")?;
     browser.press(ENTER)?;
