@@ -40,6 +40,13 @@ impl Manifest {
                 weights.join(" : ")
             );
         }
+        if counts.conflicts > 0 {
+            let conflicts = counts.conflicts;
+            let _ = writeln!(
+                card,
+                "- {conflicts} draws were left out: their values conflict"
+            );
+        }
         card.push_str("\n## Frames by class\n");
         let people = counts.people.iter();
         let people = people.map(|(people, frames)| (people.to_string(), *frames));

@@ -13,6 +13,9 @@ pub struct Counts {
     pub(crate) fingerprint: String,
     /// All frames.
     pub frames: u64,
+    /// Draws that were left out because their values conflict.
+    #[serde(default)]
+    pub conflicts: u64,
     /// Frames by the number of people in view.
     pub people: BTreeMap<u64, u64>,
     /// Frames in which a person has a posture, by posture.
@@ -25,6 +28,7 @@ impl Counts {
     pub(crate) fn of(part: &Part, manifest: &Manifest) -> Self {
         let mut counts = Self {
             fingerprint: manifest.fingerprint().to_owned(),
+            conflicts: part.conflicts,
             ..Self::default()
         };
         for people in &part.people {
@@ -48,6 +52,7 @@ impl Counts {
     /// Adds what other frames show.
     pub fn add(&mut self, other: &Self) {
         self.frames += other.frames;
+        self.conflicts += other.conflicts;
         for (people, frames) in &other.people {
             *self.people.entry(*people).or_default() += frames;
         }

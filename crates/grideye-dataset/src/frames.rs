@@ -3,7 +3,7 @@
 use crate::error::{DatasetError, TRIES_MAX};
 use crate::labels::{CountsFrom, Label, labels};
 use grideye_scene::{Files, Scene, Simulator, Unseen};
-use grideye_variation::{Draw, Recipe, Value};
+use grideye_variation::{Draw, Recipe, Value, VariationError};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io;
@@ -15,8 +15,12 @@ const KEPT_MAX: usize = 32;
 
 /// So many draws at most are looked at for what no frame shows.
 pub const DRAWS_MAX: u64 = 100;
-/// Other draws for a frame have numbers from here on, beyond those of all frames.
+/// Other draws for a frame have numbers from here on, beyond those of all frames; those in place of a draw whose values
+/// conflict, beyond [`TRIES_MAX`] of these.
 const AGAIN_BITS: u32 = 40;
+const CONFLICT_BITS: u32 = 52;
+/// So many draws in a row may conflict.
+const CONFLICTS_MAX: u64 = 20;
 /// 2^64 over the golden ratio.
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
@@ -74,6 +78,8 @@ pub(crate) struct Labeled {
     pub(crate) agents: Vec<Option<Label>>,
     /// Values of what varies, in the recipe's order.
     pub(crate) varied: Vec<Value>,
+    /// Draws before this one whose values conflict; of a clip, told by its first frame.
+    pub(crate) conflicts: u64,
 }
 
 impl Labeled {
@@ -122,7 +128,10 @@ impl Frames {
         let mut seen: BTreeSet<String> = BTreeSet::new();
         for number in 0..count.min(DRAWS_MAX) {
             let draw = recipe.draw(*seed, number);
-            let scene = recipe.scene(*seed, number, &draw, files)?.scene;
+            let scene = match recipe.scene(*seed, number, &draw, files) {
+                Err(VariationError::Frame { .. }) => continue,
+                drawn => drawn?.scene,
+            };
             let unseen = scene.unseen(Some(sensor));
             let agents = scene.agents().iter().map(|agent| &agent.name);
             let names = agents.chain(scene.objects().iter().map(|object| &object.name));
@@ -263,6 +272,7 @@ impl Set {
             empty_c: empty.celsius,
             clear,
             varied: Vec::new(),
+            conflicts: 0,
         }
     }
 }
@@ -273,6 +283,7 @@ struct Clip {
     draw: Draw,
     set: Rc<Set>,
     times: Vec<Duration>,
+    conflicts: u64,
 }
 
 impl Maker<'_> {
@@ -288,7 +299,7 @@ impl Maker<'_> {
             self.clip = None;
         }
         Err(DatasetError::Refused(format!(
-            "frame {index}: none of {TRIES_MAX} draws has {people} in view\nhint: give {people} the weight 0 in --in-view, or let more people be there, nearer to the sensor"
+            "frame {index}: none of {TRIES_MAX} draws has {people} in view\nhint: give {people} the weight 0 in --in-view, let more people be there, or make the room about as small as what the sensor sees"
         )))
     }
 
@@ -302,9 +313,9 @@ impl Maker<'_> {
             .clip
             .take()
             .filter(|found| found.number == index / clip);
-        let found = match found {
+        let mut found = match found {
             Some(found) => found,
-            None => self.clip_of(index / clip, again << AGAIN_BITS)?,
+            None => self.possible(index / clip, again << AGAIN_BITS)?,
         };
         let within = usize::try_from(index % clip).unwrap_or(usize::MAX);
         let time = found.times.get(within).copied().unwrap_or_default();
@@ -312,10 +323,35 @@ impl Maker<'_> {
         let labeled = Labeled {
             clip: found.number,
             varied: found.draw.values.clone(),
+            conflicts: std::mem::take(&mut found.conflicts),
             ..found.set.labeled(frames.agents(), moment, counts_from)
         };
         self.clip = Some(found);
         Ok(labeled)
+    }
+
+    /// The first draw whose values do not conflict: each may be valid with the file's others.
+    fn possible(&mut self, clip_number: u64, again: u64) -> Result<Clip, DatasetError> {
+        let conflicts = |clip: &_| {
+            matches!(
+                clip,
+                Err(DatasetError::Variation(VariationError::Frame { .. }))
+            )
+        };
+        let first = self.clip_of(clip_number, again);
+        for tried in 1..CONFLICTS_MAX {
+            if !conflicts(&first) {
+                break;
+            }
+            let next = self.clip_of(clip_number, again + (tried << CONFLICT_BITS));
+            if !conflicts(&next) {
+                return next.map(|clip| Clip {
+                    conflicts: tried,
+                    ..clip
+                });
+            }
+        }
+        first
     }
 
     fn clip_of(&mut self, clip_number: u64, again: u64) -> Result<Clip, DatasetError> {
@@ -335,6 +371,7 @@ impl Maker<'_> {
             draw,
             set,
             times,
+            conflicts: 0,
         })
     }
 
@@ -356,7 +393,9 @@ impl Maker<'_> {
             files,
             ..
         } = &self.frames.subject;
-        let scene = recipe.scene(*seed, index, draw, files)?.scene;
+        let drawn = recipe.scene(*seed, index, draw, files);
+        let frame = (index & ((1 << AGAIN_BITS) - 1)) * self.frames.subject.clip;
+        let scene = drawn.map_err(|error| error.of_frame(frame))?.scene;
         let set = Rc::new(match self.of_the_same_room(&scene) {
             Some(mut set) => {
                 set.simulator.set_agents(&scene);

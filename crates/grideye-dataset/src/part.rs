@@ -39,6 +39,8 @@ pub struct Part {
     pub agents: Vec<AgentLabels>,
     /// Values of what varies.
     pub varied: Vec<VariedColumn>,
+    /// Draws that were left out because their values conflict.
+    pub conflicts: u64,
 }
 
 /// The labels of one agent, frame by frame.
@@ -137,6 +139,7 @@ impl Part {
         self.time_s.push(labeled.time.as_secs_f64());
         self.noise_seed.push(labeled.noise_seed);
         self.clear.push(labeled.clear);
+        self.conflicts += labeled.conflicts;
         for (all, image) in [
             (&mut self.celsius, &labeled.celsius),
             (&mut self.truth_c, &labeled.truth_c),

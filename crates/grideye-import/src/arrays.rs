@@ -2,7 +2,7 @@
 
 use crate::allowance::{Allowance, ROW_VALUES_MAX, VALUE_BYTES, too_wide};
 use crate::cell::{Cell, Field, RawRow};
-use crate::columns::{Columns, Place, Role};
+use crate::columns::{CELSIUS, Columns, Place, Role};
 use crate::error::ImportError;
 use crate::source::Made;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
@@ -70,10 +70,13 @@ pub(crate) fn npz(
     });
     let has_frames = |array: &Array| array.rows().1 >= PIXELS;
     let is_asked = |name: &str| asked.is_none_or(|asked| asked == name);
-    let with_frames: Vec<&(String, Array)> = arrays
+    let mut with_frames: Vec<&(String, Array)> = arrays
         .iter()
         .filter(|(name, array)| has_frames(array) && is_asked(name))
         .collect();
+    if with_frames.iter().any(|(name, _)| name == CELSIUS) {
+        with_frames.retain(|(name, _)| name == CELSIUS);
+    }
     let rows = match with_frames[..] {
         [] => {
             return Err(wrong(

@@ -5,6 +5,9 @@ use crate::moment::offset_ns;
 use core::str::FromStr;
 use grideye_frame::ROWS;
 
+/// Of several images of a row, this one is taken: a dataset's parts have it beside others.
+pub(crate) const CELSIUS: &str = "celsius";
+
 grideye_frame::named! {
     /// What a column is, in the words of the option.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -72,6 +72,20 @@ pub enum VariationError {
     },
 }
 
+impl VariationError {
+    /// The same of another frame.
+    #[must_use]
+    pub fn of_frame(mut self, frame: u64) -> Self {
+        match &mut self {
+            Self::Frame { index, .. } | Self::NoPlace { index, .. } | Self::NoWay { index, .. } => {
+                *index = frame;
+            }
+            Self::Scene(_) | Self::Asked { .. } | Self::Value { .. } => {}
+        }
+        self
+    }
+}
+
 impl From<SceneError> for VariationError {
     fn from(error: SceneError) -> Self {
         Self::Scene(Box::new(error))

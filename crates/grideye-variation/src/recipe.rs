@@ -27,6 +27,8 @@ use toml::de::DeTable;
 
 /// Limit on placements tried per frame.
 pub const TRIES_MAX: usize = 10_000;
+/// Values of a frame that an error lists.
+const TOLD_MAX: usize = 8;
 
 /// The key for a frame's time; it is not part of the scene.
 const TIME: &str = "time_s";
@@ -441,7 +443,7 @@ impl Recipe {
 
     fn told(&self, draw: &Draw) -> String {
         let mut told = String::new();
-        for (column, value) in self.columns.iter().zip(&draw.values) {
+        for (column, value) in self.columns.iter().zip(&draw.values).take(TOLD_MAX) {
             let comma = if told.is_empty() { "" } else { ", " };
             let value = match value {
                 Value::Number(number) => number.to_string(),
@@ -449,6 +451,9 @@ impl Recipe {
             };
             // Writing to a string cannot fail.
             let _ = write!(told, "{comma}{} = {value}", column.name);
+        }
+        if self.columns.len() > TOLD_MAX {
+            told.push_str(" …");
         }
         if told.is_empty() {
             told.push_str("only places vary");

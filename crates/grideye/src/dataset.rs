@@ -69,6 +69,12 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
             let found = folder.counts(&manifest, part).map_err(told)?;
             counts.add(&found.unwrap_or_default());
         }
+        if counts.conflicts > 0 {
+            outln!(
+                "draws left out because their values conflict: {}",
+                counts.conflicts
+            )?;
+        }
         let counts = counts.people.iter();
         let counts = counts.map(|(people, frames)| format!("{people} in {frames} frames"));
         outln!("people in view: {}", counts.collect::<Vec<_>>().join(", "))?;

@@ -4,7 +4,7 @@ use super::guess::{Guess, unnamed};
 use super::names;
 use super::unit::Sample;
 use crate::cell::Cell;
-use crate::columns::Unit;
+use crate::columns::{CELSIUS, Unit};
 use crate::error::ImportError;
 use grideye_frame::PIXELS;
 use grideye_recording::is_known_size;
@@ -64,6 +64,9 @@ impl Guess {
             return Ok(families.pop());
         }
         let first = |family: &Vec<usize>| self.names[family[0]].trim_end_matches("[0]").to_owned();
+        if let Some(own) = families.iter().position(|family| first(family) == CELSIUS) {
+            return Ok(Some(families.swap_remove(own)));
+        }
         let choices: Vec<String> = families
             .iter()
             .map(|family| format!("--columns pixels={}", first(family)))
