@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 SHOWN = ["*.md", "*.png", "*.svg", "*.gif", "tests/site/site.css"]
-FENCE = re.compile(r"^( *)(```+)(\w*)(?: [^\n]*)?\n(.*?^\1\2) *$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^( *)(```+)(\w*)(?:[ ,][^\n]*)?\n(.*?^\1\2) *$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"(?<=\]\()([^)\s]+)(?=\))")
 
 
