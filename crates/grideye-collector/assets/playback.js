@@ -91,11 +91,12 @@ export class Playback {
     const path = file === null ? `/v1/recordings/${encodeURIComponent(id)}.frames` : `/v1/files?${new URLSearchParams({ name: file.name })}`;
     const isOpen = () => this.#id === id && (file === null || file === this.#file);
     try {
-      const recorded = await recordedAt(path, file);
+      const isOfFile = file !== null || plays;
+      const recorded = await recordedAt(path, file, isOfFile);
       // Another recording may be open by now.
       if (!isOpen()) return;
       this.#take(recorded);
-      if ((file !== null || plays) && recorded.tracks.length > 0) this.#player.toggle();
+      if (isOfFile && recorded.tracks.length > 0) this.#player.toggle();
     } catch (error) {
       if (isOpen()) this.#load(error.message);
     }

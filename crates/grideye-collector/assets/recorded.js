@@ -7,8 +7,11 @@ const NS = 1e9;
 /** In place of a thermistor that is not known. */
 const NO_THERMISTOR = -32768;
 
-/** The frames of a recording by sensor; of a file, if there is one. Throws an error that a person can read. */
-export async function recordedAt(path, file = null) {
+/**
+ * The frames of a recording by sensor; of a file, if there is one. `byStamps` takes the times of frames from their stamps even
+ * if their clock was never set: what comes from a file arrived at another time. Throws an error that a person can read.
+ */
+export async function recordedAt(path, file, byStamps) {
   const response = await fetch(path, file === null ? {} : { method: "POST", body: file }).catch(() => {
     throw new Error("The collector cannot be reached. Check that it runs, and open the recording again.");
   });
@@ -16,7 +19,7 @@ export async function recordedAt(path, file = null) {
   const bytes = await response.arrayBuffer().catch(() => {
     throw new Error("The recording arrived incomplete. Open it again.");
   });
-  return recordedOf(bytes);
+  return recordedOf(bytes, byStamps);
 }
 
 async function refusalOf(response) {
@@ -25,12 +28,12 @@ async function refusalOf(response) {
 }
 
 /** Tracks ordered by device and sensor, and the time of the first frame. */
-function recordedOf(bytes) {
+function recordedOf(bytes, byStamps) {
   const { head, rowsAt } = headOf(bytes);
   const rows = new Rows(bytes, rowsAt, head);
   const streams = streamsOf(rows, head);
   if (streams.length === 0) return { tracks: [], began_ms: null, length: 0 };
-  setClocks(rows, streams);
+  setClocks(rows, streams, byStamps);
   const began = Math.min(...streams.map((stream) => stream.timeOf(stream.first)));
   const bySensor = Map.groupBy(streams, ({ device, sensor }) => `${device}/${sensor}`);
   const tracks = [...bySensor].map(([key, parts]) => new Track(key, rows, parts, began));
@@ -162,7 +165,7 @@ function streamsOf(rows, head) {
  * Sets the start of each boot's clock: from the wall clock if it was synced, else from the frame with the shortest delay,
  * because a Raspberry Pi without network does not know the time.
  */
-function setClocks(rows, streams) {
+function setClocks(rows, streams, byStamps) {
   for (const run of Map.groupBy(streams, ({ device, boot }) => `${device}/${boot}`).values()) {
     let [set, heard] = [null, Infinity];
     for (const { first, end } of run) {
@@ -172,7 +175,8 @@ function setClocks(rows, streams) {
         heard = Math.min(heard, rows.arrival(row) - boot);
       }
     }
-    const began = set ?? heard;
+    const [{ first }] = run;
+    const began = set ?? (byStamps ? rows.wallTime(first) - rows.bootTime(first) : heard);
     for (const stream of run) stream.timeOf = (row) => began + rows.bootTime(row);
   }
 }

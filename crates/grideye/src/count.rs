@@ -151,6 +151,15 @@ impl Counted {
                 );
             }
         }
+        let mut seconds = [0.0; WORDS.len()];
+        for pair in self.0.windows(2) {
+            if let Some(count) = &pair[0].count {
+                seconds[usize::from(count.people)] += pair[1].at_s - pair[0].at_s;
+            }
+        }
+        let told = WORDS.iter().zip(seconds).filter(|(_, seconds)| *seconds > 0.0);
+        let told = told.map(|(words, seconds)| format!("{words} for {seconds:.0} s"));
+        let _infallible = writeln!(text, "{name}{}", told.collect::<Vec<_>>().join(", "));
         if let Some([entered, left]) = self.0.last().and_then(|last| last.crossed) {
             let _infallible = writeln!(text, "{name}{entered} entered, {left} left");
         }

@@ -28,7 +28,7 @@ pub(crate) struct Count {
     /// Line to count crossings of [default: none].
     ///
     /// In pixels: 0,0 is the middle of pixel 1, and x grows along a row. Who goes from the line's left to its right, looking from its first
-    /// point to its second, has entered.
+    /// point to its second, has entered: with -0.5,3.5,7.5,3.5 who goes down the image. Crossings were not judged: no recording has their truth.
     #[arg(long, value_name = "X1,Y1,X2,Y2", allow_hyphen_values = true)]
     pub(crate) line: Option<Line>,
     /// Empty room, as a profile [default: learned].
