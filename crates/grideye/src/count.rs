@@ -157,9 +157,13 @@ impl Counted {
                 seconds[usize::from(count.people)] += pair[1].at_s - pair[0].at_s;
             }
         }
-        let told = WORDS.iter().zip(seconds).filter(|(_, seconds)| *seconds > 0.0);
-        let told = told.map(|(words, seconds)| format!("{words} for {seconds:.0} s"));
-        let _infallible = writeln!(text, "{name}{}", told.collect::<Vec<_>>().join(", "));
+        let parts = WORDS.iter().zip(seconds);
+        let parts = parts.filter(|(_, seconds)| *seconds > 0.0);
+        let parts = parts.map(|(words, seconds)| format!("{words} for {seconds:.0} s"));
+        let parts: Vec<String> = parts.collect();
+        if !parts.is_empty() {
+            let _infallible = writeln!(text, "{name}{}", parts.join(", "));
+        }
         if let Some([entered, left]) = self.0.last().and_then(|last| last.crossed) {
             let _infallible = writeln!(text, "{name}{entered} entered, {left} left");
         }

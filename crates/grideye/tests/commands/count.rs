@@ -38,6 +38,22 @@ fn people(lines: &str) -> Vec<Option<u64>> {
 }
 
 #[test]
+fn the_last_line_sums_up_for_how_long_how_many_were_there() {
+    let fixture = fixture();
+    let told = printed(&fixture, &["count", SESSION]);
+    let sum = told.lines().next_back().unwrap();
+    let seconds = sum.split(", ").map(|part| {
+        let (_, seconds) = part.split_once(" for ").unwrap();
+        let seconds: f64 = seconds.trim_end_matches(" s").parse().unwrap();
+        seconds
+    });
+    // The session lasts 185 s.
+    let all: f64 = seconds.sum();
+    assert!((183.0..=187.0).contains(&all), "{sum}");
+    assert!(sum.starts_with("nobody for ") && sum.contains("2 people for "));
+}
+
+#[test]
 fn a_count_is_judged_beside_true_numbers_wherever_they_stand() {
     let fixture = fixture();
     let judged = printed(&fixture, &["count", SESSION, "--truth", SESSION]);
