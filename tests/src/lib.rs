@@ -51,6 +51,13 @@ pub mod python;
 
 pub mod skip;
 
+#[expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "what fails here fails the test that asked for it"
+)]
+pub mod walkthrough;
+
 pub mod webdriver;
 
 #[expect(

@@ -25,7 +25,7 @@ VECTORS = 200
 SOMEBODY = 0.8
 
 
-def counter(sets, seed):
+def counter(sets, seed, steps=network.STEPS):
     """Trained on all counts equally often; a count's frames come from the sets (frames, counts, share) that have it."""
     frames = np.concatenate([frames for frames, _, _ in sets])
     counts = np.concatenate([counts for _, counts, _ in sets])
@@ -35,7 +35,7 @@ def counter(sets, seed):
         having = [number for number, (_, counts, _) in enumerate(sets) if count in counts]
         whole = sum(sets[number][2] for number in having)
         groups += [(np.flatnonzero((counts == count) & (source == number)), sets[number][2] / whole) for number in having]
-    return train(frames, counts, groups, seed)
+    return train(frames, counts, groups, seed, steps)
 
 
 def chances(logits):
@@ -74,11 +74,11 @@ def table(real, ours, seeds):
     return alone
 
 
-def write(folder, real, ours, seed):
+def write(folder, real, ours, seed, steps):
     """Writes the counter as integers, with vectors to test a reader of them, and says how it does."""
     frames, people = ours
     held = np.arange(len(people)) % HELD_OUT == 0
-    layers = counter([(frames[~held], people[~held], 1)], seed)
+    layers = counter([(frames[~held], people[~held], 1)], seed, steps)
     layers, temperature = integers.calibrated(layers, read(layers, frames[held]), people[held])
     whole = integers.rounded(layers)
     integers.write_weights(folder / "weights/counter.gec", whole)
@@ -147,6 +147,7 @@ def main():
     parser.add_argument("--like", type=Path, help="a recording of the sensor that shall count")
     parser.add_argument("--vary", action="append", default=[], help="as for grideye dataset: the sensor's height, the room")
     parser.add_argument("--seeds", type=int, default=3, help="networks per cell of the table; 0 for no table; default %(default)s")
+    parser.add_argument("--steps", type=int, default=network.STEPS, help="steps of the training of --weights; default %(default)s")
     parser.add_argument("--tell", action="store_true", help="also whether a network tells real frames from simulated ones")
     parser.add_argument("--weights", type=Path, metavar="FOLDER", help="write weights/counter.gec and tests/vectors.csv")
     parser.add_argument("--mistakes", type=Path, metavar="FILE.png", help="draw the worst mistakes beside the nearest simulated frames")
@@ -157,9 +158,9 @@ def main():
     with tempfile.TemporaryDirectory() as temporary:
         ours = simulated(given.program.resolve(), (given.out or Path(temporary)).resolve(), given.frames, *more)
     real, seeds = {number: session(number) for number in SESSIONS}, range(1, given.seeds + 1)
-    print(f"{network.STEPS} steps of {network.BATCH}; clear frames with 0 to 3 people: {np.bincount(ours[1]).tolist()}; {time.monotonic() - began:.0f} s\n")
+    print(f"{given.steps} steps of {network.BATCH}; clear frames with 0 to 3 people: {np.bincount(ours[1]).tolist()}; {time.monotonic() - began:.0f} s\n")
     if given.weights:
-        write(given.weights, real, ours, 1)
+        write(given.weights, real, ours, 1, given.steps)
     alone = table(real, ours, seeds) if seeds else []
     if given.tell:
         tell.table(real, ours, seeds)

@@ -30,6 +30,9 @@ pub(crate) const C_LIBRARY: &str = "tests/tests/c_library/main.rs";
 pub(crate) const C_LIBRARY_README: &str = "the_readme_is_a_test_that_passes";
 pub(crate) const PACKAGES: &str = "tests/tests/packages/main.rs";
 pub(crate) const INSTALLED: &str = "the_packages_are_installed_started_upgraded_removed_and_purged";
+pub(crate) const TUTORIALS: &str = "tests/tests/documents/tutorials.rs";
+pub(crate) const DRIVER_TUTORIAL: &str =
+    "a_driver_is_red_below_zero_and_on_a_loose_wire_then_green_then_in_a_workflow";
 pub(crate) const WALK: &str = "grideye simulate scenes/experiment-3.toml --out walk.csv";
 
 /// Every command of the documents.
@@ -267,6 +270,22 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     (
         "grideye dataset scenes/experiment-1.toml --frames 5000 --out frames --shard 2/4",
         Run("", &["shard 2 of 4: 1000 of 5000 frames in frames"]),
+    ),
+    // crates/grideye/tutorials
+    (
+        "python3 -m venv ~/grideye && . ~/grideye/bin/activate && pip install pytest smbus2 && export GRIDEYE=$PWD",
+        By(TUTORIALS, DRIVER_TUTORIAL),
+    ),
+    (
+        "mkdir ~/driver && cd ~/driver",
+        By(TUTORIALS, DRIVER_TUTORIAL),
+    ),
+    (
+        "mkdir scenes && grideye collect --scenes scenes",
+        By(
+            "tests/tests/page/tutorial.rs",
+            "the_room_that_the_tutorial_draws_is_the_file_that_it_shows",
+        ),
     ),
     // crates/grideye-homeassistant/README.md
     (

@@ -19,6 +19,7 @@ mod drivers;
 mod errors;
 mod helps;
 mod keys;
+mod tutorials;
 mod units;
 
 use commands::Kept::{By, Emulated, Not, Run, Serves};
@@ -46,6 +47,9 @@ fn documents() -> Vec<PathBuf> {
     }
     let others = [
         "crates/grideye/DATASET.md",
+        "crates/grideye/tutorials/driver.md",
+        "crates/grideye/tutorials/room.md",
+        "crates/grideye/tutorials/counter.md",
         "crates/grideye-validator/CALIBRATION.md",
         "scenes/PEOPLE.md",
         "scenes/PHYSICS.md",
@@ -72,6 +76,8 @@ fn commands_of(text: &str) -> Vec<String> {
         }
         let command = match fence {
             Some("sh") => Some(line),
+            // `tutorials` follows those.
+            Some("console run") => None,
             Some(_) => line.strip_prefix("$ "),
             None => line.strip_prefix("    ").filter(|rest| is_call(rest)),
         };

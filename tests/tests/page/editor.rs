@@ -7,7 +7,7 @@ use grideye_tests::webdriver::{Screen, left_out};
 use serde_json::Value;
 use std::fs;
 
-mod desk;
+pub(crate) mod desk;
 mod layout;
 mod nothing;
 mod person;

@@ -13,4 +13,5 @@ mod people;
 mod pictures;
 mod recordings;
 mod screens;
+mod tutorial;
 mod view;

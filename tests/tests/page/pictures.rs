@@ -3,7 +3,9 @@
 
 use grideye_tests::live_page::Outcome;
 use grideye_tests::programs::grideye;
+use grideye_tests::walkthrough::are_written;
 use grideye_tests::webdriver::{Browser, Failure, left_out};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -15,6 +17,10 @@ const FILM: &str = "walk.png";
 const FRAMES: u32 = 40;
 const STEP: Duration = Duration::from_millis(300);
 const FILM_BYTES_MAX: usize = 1_000_000;
+/// Of a picture with few bytes.
+const COLORS: usize = 255;
+/// The square of the distance up to which two colors are one of these.
+const ALIKE: u32 = 100;
 /// Cells of the coarse picture to each side.
 const COARSE: usize = 12;
 /// By how much the cells of two coarse pictures may differ on average, of 255: people walk, numbers and fonts differ.
@@ -74,6 +80,46 @@ impl Picture {
         let (sum, cells) = mean.fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
         sum / cells
     }
+
+    /// A PNG of its most frequent colors that differ; each other one is the nearest of these.
+    fn small(&self) -> Result<Vec<u8>, Failure> {
+        let mut counts: HashMap<[u8; 3], usize> = HashMap::new();
+        for dot in self.rgb.chunks_exact(3) {
+            *counts.entry([dot[0], dot[1], dot[2]]).or_default() += 1;
+        }
+        let mut colors: Vec<([u8; 3], usize)> = counts.into_iter().collect();
+        colors.sort_by_key(|(color, count)| (std::cmp::Reverse(*count), *color));
+        let apart = |one: [u8; 3], other: [u8; 3]| -> u32 {
+            let parts = one.into_iter().zip(other);
+            parts
+                .map(|(one, other)| u32::from(one.abs_diff(other)).pow(2))
+                .sum()
+        };
+        let mut palette: Vec<[u8; 3]> = Vec::new();
+        for (color, _) in &colors {
+            let is_new = palette.iter().all(|one| apart(*one, *color) > ALIKE);
+            if is_new && palette.len() < COLORS {
+                palette.push(*color);
+            }
+        }
+        let nearest =
+            |color: [u8; 3]| (0..palette.len()).min_by_key(|at| apart(color, palette[*at]));
+        let mut known = HashMap::new();
+        for (color, _) in &colors {
+            known.insert(*color, u8::try_from(nearest(*color).ok_or("no dots")?)?);
+        }
+        let dots = self.rgb.chunks_exact(3);
+        let dots: Vec<u8> = dots.map(|dot| known[&[dot[0], dot[1], dot[2]]]).collect();
+        let mut bytes = Vec::new();
+        let (width, height) = (u32::try_from(self.width)?, u32::try_from(self.height)?);
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
+        encoder.set_color(png::ColorType::Indexed);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_palette(palette.concat());
+        encoder.set_compression(png::Compression::High);
+        encoder.write_header()?.write_image_data(&dots)?;
+        Ok(bytes)
+    }
 }
 
 /// Six shades of red and blue and seven of green.
@@ -124,14 +170,20 @@ fn kept(name: &str) -> PathBuf {
         .join(name)
 }
 
+/// What the window shows, in few bytes.
+pub(crate) fn screenshot(browser: &Browser) -> Result<Vec<u8>, Failure> {
+    Picture::read(&browser.screenshot()?)?.small()
+}
+
 /// Writes a picture, or compares it with the committed one.
-fn keep_or_compare(name: &str, bytes: &[u8]) -> Outcome {
-    if std::env::var_os("GRIDEYE_PICTURES").is_some() {
-        return Ok(std::fs::write(kept(name), bytes)?);
+pub(crate) fn keep_or_compare(kept: &Path, bytes: &[u8]) -> Outcome {
+    if are_written() {
+        return Ok(std::fs::write(kept, bytes)?);
     }
-    let [committed, now] = [std::fs::read(kept(name))?, bytes.to_vec()];
+    let [committed, now] = [std::fs::read(kept)?, bytes.to_vec()];
     let [committed, now] = [Picture::read(&committed)?, Picture::read(&now)?];
     let size = |picture: &Picture| (picture.width, picture.height);
+    let name = kept.display();
     assert_eq!(size(&committed), size(&now), "{name}");
     let apart = committed.apart(&now);
     assert!(
@@ -152,7 +204,7 @@ fn the_documents_show_the_present_page() -> Outcome {
     browser.open(&demo.page)?;
     browser.wait_for_text("#recorded", |text| text.contains("Open the report"))?;
     browser.wait_for_text("#beside [data-field=verdict]", |text| text == "Agrees")?;
-    keep_or_compare(PAGE, &browser.screenshot()?)?;
+    keep_or_compare(&kept(PAGE), &browser.screenshot()?)?;
     let corners = "const { left, top, width, height } = document.querySelector('#beside .views').getBoundingClientRect();
         return [left, top, width, height].map(Math.round)";
     let place: [usize; 4] = serde_json::from_value(browser.execute(corners)?)?;
@@ -164,7 +216,7 @@ fn the_documents_show_the_present_page() -> Outcome {
     }
     let bytes = film(&pictures)?;
     assert!(bytes.len() <= FILM_BYTES_MAX, "{} bytes", bytes.len());
-    keep_or_compare(FILM, &bytes)
+    keep_or_compare(&kept(FILM), &bytes)
 }
 
 /// A picture of another page is told apart.
