@@ -51,21 +51,13 @@ impl Manifest {
         let people = counts.people.iter();
         let people = people.map(|(people, frames)| (people.to_string(), *frames));
         table(&mut card, "people in view", people);
-        let by_name = |by: &std::collections::BTreeMap<String, u64>| {
-            by.iter()
-                .map(|(name, frames)| (name.clone(), *frames))
-                .collect::<Vec<_>>()
-        };
-        table(
-            &mut card,
-            "posture of a person",
-            by_name(&counts.posture).into_iter(),
-        );
-        table(
-            &mut card,
-            "what a person does",
-            by_name(&counts.doing).into_iter(),
-        );
+        for (title, by) in [
+            ("posture of a person", &counts.posture),
+            ("what a person does", &counts.doing),
+        ] {
+            let named = by.iter().map(|(name, frames)| (name.clone(), *frames));
+            table(&mut card, title, named);
+        }
         let _ = write!(
             card,
             "\nSomebody counts as in view who fills {:?} pixels or more and changes one by {:?} °C or more. With several people a frame is in several rows of the lower tables.\n\n## How it was made\n\n```sh\n{}\n```\n\nWith {}. The scene's SHA-256 is {}.\n\n## How to cite\n\n> {} frames simulated by {} (grideye-hil) from the scene {}, seed {}; dataset {}.\n\nThe frames are simulated: report results on them apart from results on real frames.\n",
