@@ -220,8 +220,8 @@ fn a_public_ci_takes_the_workflow() {
         .arg(root().join(WORKFLOW)));
     let lines: Vec<String> = serde_json::from_str(&read.stdout).unwrap();
     assert_eq!(lines, run_lines(WORKFLOW));
-    let is_there = |fetch: &&str| lines.iter().any(|line| line.starts_with(fetch));
-    assert!(FETCHES.iter().all(|fetch| is_there(&fetch)), "{lines:?}");
+    let is_there = |fetch: &&str| lines.iter().any(|line| line.starts_with(*fetch));
+    assert!(FETCHES.iter().all(is_there), "{lines:?}");
 }
 
 #[test]
