@@ -194,7 +194,7 @@ impl Frames {
     }
 
     fn set(&self, scene: Scene, index: u64) -> Result<Set, DatasetError> {
-        let simulator = Simulator::new(&scene, &self.subject.sensor)?;
+        let simulator = Simulator::coarse(&scene, &self.subject.sensor)?;
         let sensor = simulator.sensor();
         let (found, expected) = ((sensor.columns, sensor.rows), (self.columns, self.rows));
         if found != expected {

@@ -2,7 +2,9 @@
 
 use crate::geometry::{Enclosure, Mesh};
 use crate::model::{Agent, Body, Model, Print, Scene, SceneError, Sensor};
-use crate::picture::{Area, Filled, Form, Grid, Image, Mask, NOBODY, Physical, SeenFace, Subject};
+use crate::picture::{
+    Area, Filled, Form, Grid, Image, Lines, Mask, NOBODY, Physical, SeenFace, Subject,
+};
 use crate::radiometry::Air;
 use crate::sensor::{add_noise, measure, quantize, spilled};
 use glam::DVec3;
@@ -56,6 +58,19 @@ impl Simulator {
     /// # Errors
     /// [`SceneError::UnknownSensor`].
     pub fn new(scene: &Scene, sensor_name: &str) -> Result<Self, SceneError> {
+        Self::with_lines(scene, sensor_name, Lines::Fine)
+    }
+
+    /// The same for many frames: in the physical model a third of the time is saved for pixels that differ by thousandths
+    /// of a degree.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownSensor`].
+    pub fn coarse(scene: &Scene, sensor_name: &str) -> Result<Self, SceneError> {
+        Self::with_lines(scene, sensor_name, Lines::Coarse)
+    }
+
+    fn with_lines(scene: &Scene, sensor_name: &str, lines: Lines) -> Result<Self, SceneError> {
         let sensor = scene.sensor(sensor_name)?.clone();
         let ambient_c = scene.room.ambient_c;
         let air = Air::new(scene.law, ambient_c, sensor.operating_distance_m);
@@ -68,7 +83,9 @@ impl Simulator {
         let renderer = match scene.model {
             Model::Paper => Renderer::Area(Box::new(Area::new(air, &sensor, &still))),
             Model::PaperGrid => Renderer::Grid(Box::new(Grid::new(air, &sensor, &still))),
-            Model::Physical => Renderer::Physical(Box::new(Physical::new(scene, &sensor, &still))),
+            Model::Physical => {
+                Renderer::Physical(Box::new(Physical::new((scene, &sensor), &still, lines)))
+            }
         };
         Ok(Self {
             sensor,

@@ -344,13 +344,18 @@ impl Recipe {
         let is_free = |name: &str| {
             self.is_placed(name) || self.actors.iter().any(|actor| actor.agent == name)
         };
-        let parse = |places_m: &mut dyn Iterator<Item = DVec3>| {
+        let parse = |text: &str| {
+            Scene::parse_unplaced(text, &self.origin, files, &is_free).map_err(refused)
+        };
+        let placed = |places_m: &mut dyn Iterator<Item = DVec3>| {
             let mut edits = self.drawn(&draw.written);
             edits.extend(floor::edits(&self.placed, places_m));
-            let text = edited(&self.text, edits);
-            Scene::parse_unplaced(&text, &self.origin, files, &is_free).map_err(refused)
+            parse(&edited(&self.text, edits))
         };
-        let mut loaded = parse(&mut std::iter::repeat(DVec3::ZERO))?;
+        let mut loaded = match self.placed.is_empty() {
+            true => parse(&draw.text)?,
+            false => placed(&mut std::iter::repeat(DVec3::ZERO))?,
+        };
         let ways = self.ways((seed, index), draw, &loaded.scene)?;
         let send = |scene: &mut Scene| {
             let mut ways = self.actors.iter().zip(&ways);
@@ -366,7 +371,7 @@ impl Recipe {
         let mut floor = Floor::new(loaded.scene, &self.placed, (seed, index));
         for _ in 0..TRIES_MAX {
             let Some(misplaced) = floor.misplaced() else {
-                let mut loaded = parse(&mut floor.places_m())?;
+                let mut loaded = placed(&mut floor.places_m())?;
                 send(&mut loaded.scene).map_err(refused)?;
                 return Ok(loaded);
             };

@@ -23,6 +23,18 @@ pub const fn floor(length: f64) -> usize {
     length as usize
 }
 
+/// The same for few: fewer instructions.
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the conversion should saturate"
+)]
+#[must_use]
+pub const fn whole(length: f64) -> u32 {
+    length as u32
+}
+
 /// A temperature or a pixel share in single precision, as frame formats store it (2 µK at 20 °C).
 #[must_use]
 #[expect(

@@ -91,24 +91,26 @@ impl Nearest {
             shares: [0.0; 4],
             count: 0,
         };
+        let mut kept = 0;
+        // Whole corners are copied once: of most parts the origin is farther away.
         for chosen in 1..1_u32 << simplex.len() {
-            let mut part = Self {
-                count: 0,
-                ..nearest
-            };
-            let corners = simplex.iter().enumerate();
-            for (_, corner) in corners.filter(|(index, _)| chosen >> index & 1 == 1) {
-                part.corners[part.count] = *corner;
-                part.count += 1;
+            let (mut part, mut count) = ([DVec3::ZERO; 4], 0);
+            for corner in of_part(simplex, chosen) {
+                part[count] = corner.difference;
+                count += 1;
             }
-            let Some(shares) = shares(part.kept()) else {
+            let Some(shares) = shares(&part[..count]) else {
                 continue;
             };
-            part.shares = shares;
-            part.point = part.mix(|corner| corner.difference);
-            if part.point.length_squared() < nearest.point.length_squared() {
-                nearest = part;
+            let shared = part[..count].iter().zip(&shares);
+            let point: DVec3 = shared.map(|(corner, share)| *corner * *share).sum();
+            if point.length_squared() < nearest.point.length_squared() {
+                (kept, nearest.point, nearest.shares) = (chosen, point, shares);
             }
+        }
+        for corner in of_part(simplex, kept) {
+            nearest.corners[nearest.count] = *corner;
+            nearest.count += 1;
         }
         nearest
     }
@@ -135,11 +137,18 @@ impl Nearest {
     }
 }
 
+/// The corners of a simplex whose bits are set.
+fn of_part(simplex: &[Corner], chosen: u32) -> impl Iterator<Item = &Corner> {
+    let corners = simplex.iter().enumerate();
+    let is_chosen = move |index: usize| chosen >> index & 1 == 1;
+    corners.filter_map(move |(index, corner)| is_chosen(index).then_some(corner))
+}
+
 /// The corners' weights in the point of their hull's plane nearest to the origin; `None` if it lies outside the hull.
-fn shares(part: &[Corner]) -> Option<[f64; 4]> {
-    let (first, rest) = part.split_first()?;
-    let anchor = first.difference;
-    let along = |index: usize| rest[index].difference - anchor;
+fn shares(part: &[DVec3]) -> Option<[f64; 4]> {
+    let (anchor, rest) = part.split_first()?;
+    let anchor = *anchor;
+    let along = |index: usize| rest[index] - anchor;
     let rest_shares: [f64; 3] = match rest.len() {
         0 => [0.0; 3],
         1 => {

@@ -41,7 +41,7 @@ impl Ellipsoid {
     pub(crate) fn mesh(&self) -> Mesh {
         static UNIT: LazyLock<Mesh> = LazyLock::new(|| Mesh::stack(DVec3::splat(2.0), 0.0, 8));
         let offset_m = self.center_m - self.axes_m.z_axis;
-        UNIT.clone().placed(self.axes_m, offset_m)
+        UNIT.copied(self.axes_m, offset_m)
     }
 
     /// `None` if the sensor is inside.

@@ -6,7 +6,7 @@ use super::{count, polygon};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 use std::f64::consts::PI;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 /// A surface of flat, convex faces.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,14 +55,16 @@ impl Mesh {
     /// The faces of a cuboid in place.
     #[must_use]
     pub fn of_cuboid(cuboid: &Cuboid) -> Self {
-        let faces = Faces {
-            corners: CUBOID_FACES.concat(),
-            starts: (0..=CUBOID_FACES.len()).map(|face| 4 * face).collect(),
-            given: (0..CUBOID_FACES.len()).collect(),
-        };
+        static FACES: LazyLock<Arc<Faces>> = LazyLock::new(|| {
+            Arc::new(Faces {
+                corners: CUBOID_FACES.concat(),
+                starts: (0..=CUBOID_FACES.len()).map(|face| 4 * face).collect(),
+                given: (0..CUBOID_FACES.len()).collect(),
+            })
+        });
         Self {
             vertices_m: cuboid.corners_in_world().to_vec(),
-            faces: Arc::new(faces),
+            faces: Arc::clone(&FACES),
             enclosure: Enclosure::Convex,
         }
     }
@@ -148,6 +150,18 @@ impl Mesh {
             *vertex = rotation * *vertex + offset_m;
         }
         self
+    }
+
+    /// A copy, rotated about the origin, then moved.
+    pub(crate) fn copied(&self, rotation: DMat3, offset_m: DVec3) -> Self {
+        let vertices_m = self.vertices_m.iter();
+        Self {
+            vertices_m: vertices_m
+                .map(|vertex| rotation * *vertex + offset_m)
+                .collect(),
+            faces: Arc::clone(&self.faces),
+            enclosure: self.enclosure,
+        }
     }
 
     pub(crate) fn move_by(&mut self, offset_m: DVec3) {

@@ -10,5 +10,5 @@ mod subject;
 pub(crate) use area::Area;
 pub(crate) use grid::Grid;
 pub use image::{Filled, Image, Mask};
-pub(crate) use physical::Physical;
+pub(crate) use physical::{Lines, Physical};
 pub(crate) use subject::{Form, NOBODY, SeenFace, Subject};

@@ -5,7 +5,7 @@
 //! finer.
 //!
 //! Horizontal lines cut the image more finely than a pixel. Along a line the integral is exact; across, each line
-//! stands for a 24th of the narrowest pixel, cut where an edge runs along it.
+//! stands for a [`Lines::Fine`] or [`Lines::Coarse`] share of the narrowest pixel, cut where an edge runs along it.
 
 mod line;
 mod map;
@@ -42,16 +42,37 @@ pub(crate) struct Physical {
     still_excess: Vec<f64>,
 }
 
-const LINES_PER_WIDTH: f64 = 24.0;
+/// How many lines there are in the narrowest pixel's width.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Lines {
+    /// 24.
+    Fine,
+    /// 16: in the preset `counting`, pixels differ from those of fine lines by 0.0013 °C (RMS), at most by 0.07.
+    Coarse,
+}
+
+impl Lines {
+    const fn per_width(self) -> f64 {
+        match self {
+            Self::Fine => 24.0,
+            Self::Coarse => 16.0,
+        }
+    }
+}
+
 /// Limit on bands before cutting; very narrow pixels then have fewer lines each.
 const BANDS_MAX: f64 = 4096.0;
 /// Cuts closer to a border than this share of a band are ignored.
 const CUT_MIN: f64 = 1.0 / 64.0;
 
 impl Physical {
-    pub(crate) fn new(scene: &Scene, sensor: &Sensor, standing: &[Subject<'_>]) -> Self {
+    pub(crate) fn new(
+        (scene, sensor): (&Scene, &Sensor),
+        standing: &[Subject<'_>],
+        lines: Lines,
+    ) -> Self {
         let eye = Eye::new(sensor);
-        let width = eye.narrowest_up_rad() / LINES_PER_WIDTH;
+        let width = eye.narrowest_up_rad() / lines.per_width();
         let bands = (2.0 * eye.field.y / width).ceil().clamp(1.0, BANDS_MAX);
         let count = crate::geometry::count::floor(bands);
         let even = (0..=count)

@@ -197,6 +197,26 @@ fn the_bits_of_one_picture_are_pinned() {
     assert_eq!(bits, 0x507d_e6f3_9225_bd86, "{bits:#018x}");
 }
 
+/// What many frames are drawn with.
+#[test]
+fn coarse_lines_change_pixels_by_thousandths_of_a_degree() {
+    let hot = sheet([0.31, -0.27], [0.23, 0.41], 1.9, 60.0, 0.95);
+    let scene = walking(&hot);
+    let [fine, coarse] =
+        [Simulator::new, Simulator::coarse].map(|of| of(&scene, "ceiling").unwrap());
+    let (mut squares, mut most) = (0.0, 0.0_f64);
+    for tenth in 0..40 {
+        let time = Duration::from_millis(100 * tenth);
+        let (fine, coarse) = (fine.image(time).celsius, coarse.image(time).celsius);
+        for (one, other) in fine.iter().zip(&coarse) {
+            squares += (one - other).powi(2);
+            most = most.max((one - other).abs());
+        }
+    }
+    let rms = (squares / 2560.0).sqrt();
+    assert!(rms > 0.0 && rms < 0.005 && most < 0.1, "{rms} {most}");
+}
+
 #[test]
 fn noise_is_the_specifications_at_each_rate() {
     for (keys, expected) in [

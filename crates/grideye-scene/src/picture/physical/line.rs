@@ -239,14 +239,13 @@ pub(super) fn steps(
     steps: &mut Vec<Step>,
 ) {
     steps.clear();
-    let mut new = spans.iter().peekable();
-    let mut old = less.iter().peekable();
+    let (mut new, mut old) = (spans, less);
     let (mut at, mut before) = (f64::NEG_INFINITY, 0.0);
     loop {
-        while new.next_if(|span| span.to <= at).is_some() {}
-        while old.next_if(|span| span.to <= at).is_some() {}
-        let (here_new, next_new) = stretch(new.peek().copied(), at, &value);
-        let (here_old, next_old) = stretch(old.peek().copied(), at, |span| span.excess);
+        new = beyond(new, at);
+        old = beyond(old, at);
+        let (here_new, next_new) = stretch(new.first(), at, &value);
+        let (here_old, next_old) = stretch(old.first(), at, |span| span.excess);
         let here = here_new - here_old;
         if here != before {
             steps.push((at, here - before));
@@ -257,6 +256,17 @@ pub(super) fn steps(
             return;
         }
     }
+}
+
+/// The spans that do not end at a place or before.
+fn beyond(mut spans: &[Span], at: f64) -> &[Span] {
+    while let [first, rest @ ..] = spans {
+        if first.to > at {
+            break;
+        }
+        spans = rest;
+    }
+    spans
 }
 
 /// Where the union of these spans begins and ends.

@@ -17,7 +17,7 @@ pub(super) static NORMAL: LazyLock<Normal> = LazyLock::new(Normal::new);
 /// Cubic pieces that match the integral and its slope at their ends: the error stays below 4e-9.
 #[derive(Debug, Clone)]
 pub(super) struct Normal {
-    pieces: Vec<[f64; 4]>,
+    pieces: [[f64; 4]; STEPS],
 }
 
 impl Normal {
@@ -31,7 +31,7 @@ impl Normal {
                 density * width,
             )
         };
-        let pieces = (0..STEPS).map(|index| {
+        let pieces = std::array::from_fn(|index| {
             let ((low, low_slope), (high, high_slope)) = (end(index), end(index + 1));
             let rise = high - low;
             [
@@ -41,19 +41,17 @@ impl Normal {
                 low_slope + high_slope - 2.0 * rise,
             ]
         });
-        Self {
-            pieces: pieces.collect(),
-        }
+        Self { pieces }
     }
 
     /// The share of the distribution below this many standard deviations.
     #[inline]
     pub(super) fn below(&self, deviations: f64) -> f64 {
         let at = (deviations + END) * STEPS_PER_UNIT;
-        let index = count::floor(at);
-        match self.pieces.get(index) {
+        let piece = count::whole(at);
+        match self.pieces.get(usize::try_from(piece).unwrap_or(STEPS)) {
             Some([a, b, c, d]) if at > 0.0 => {
-                let share = at - count::float(index);
+                let share = at - f64::from(piece);
                 ((d * share + c) * share + b) * share + a
             }
             _ if at > 0.0 => 1.0,
