@@ -519,6 +519,21 @@ fn a_failed_pixel_is_counted_and_its_frame_recorded_unchanged() {
 }
 
 #[test]
+fn equal_frames_on_a_host_in_time_have_no_late_thermistor() {
+    for (period, read_ns) in [(96, 3_100_000), (104, 3_100_000), (100, 12_300_000)] {
+        let mut model = Model::new(period * MS, read_ns, |_| 7);
+        let mut sampler = model.sampler(100 * MS);
+        let outcome = run(&mut model, &mut sampler, 60_000 * MS, |_| ());
+        assert!(outcome.records.len() > 550, "{}", outcome.records.len());
+        assert!(
+            !outcome.faults.contains(&THERMISTOR_LATE),
+            "{:?}",
+            outcome.faults
+        );
+    }
+}
+
+#[test]
 fn a_bus_of_unknown_speed_is_not_read_in_vain() {
     let mut model = Model::new(104 * MS, 12_300_000, |n| n);
     let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
