@@ -15,4 +15,4 @@ mod line;
 pub(crate) use credentials::is_host_and_port;
 pub use credentials::{ClientCertificate, Credentials, NotJoined, Pin, Secret};
 pub use handshake::authority_of;
-pub use line::{JoinLine, Joined};
+pub use line::{JoinLine, Joined, read_text};

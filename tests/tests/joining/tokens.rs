@@ -1,8 +1,9 @@
 //! Step 3: tests the token by posting an empty batch of this device.
 
-use crate::site::Site;
-use grideye_tests::programs::{grideye_agent, run, wait_for};
+use crate::site::{Site, mode};
+use grideye_tests::programs::{grideye, grideye_agent, run, wait_for};
 use std::fs;
+use std::process::Stdio;
 
 const TAKEN: &str = "3/6 the token: its frames are taken\n";
 
@@ -121,4 +122,107 @@ fn the_line_comes_by_standard_input_where_no_list_of_processes_shows_it() {
         assert!(joined.status.success(), "{joined:?}");
         fs::remove_file(out).unwrap();
     }
+}
+
+/// The frames of an outage of 401s are all delivered with the new token, and no process was restarted.
+#[test]
+fn a_running_agent_whose_token_is_replaced_goes_on_with_the_new_one_and_loses_nothing() {
+    let site = Site::new();
+    let first = site.code("pi-1");
+    assert_eq!(site.join(&first).code, 0);
+    let config = site.path("agent.toml");
+    let bus = "[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n";
+    fs::write(&config, bus).unwrap();
+    let agent = grideye()
+        .args([
+            "emulate",
+            "--quiet",
+            "--scene",
+            "scenes/experiment-1.toml",
+            "--",
+        ])
+        .arg(grideye_agent().get_program())
+        .args(["run", "--frames", "120", "--config"])
+        .arg(&config)
+        .stdout(Stdio::piped())
+        .stderr(fs::File::create(site.path("agent.log")).unwrap())
+        .spawn()
+        .unwrap();
+    let count = |key: &str| {
+        let audit = site.client("audit", &["--json"]);
+        let audit: serde_json::Value = serde_json::from_str(&audit.stdout).unwrap_or_default();
+        audit[0][key].as_u64().unwrap_or(0)
+    };
+    wait_for("the first frames", || (count("stored") > 0).then_some(()));
+    assert_eq!(site.grideye(&["token", "revoke", "pi-1"]).code, 0);
+    let log = wait_for("the refusal", || {
+        let log = fs::read_to_string(site.path("agent.log")).unwrap();
+        log.contains("status 401").then_some(log)
+    });
+    let said = "records wait: the collector forbids it, status 401: this token was revoked\nhint: print a line with `grideye enroll pi-1` on the collector's machine, and paste it here to `sudo grideye-agent join --replace -`\n";
+    assert!(log.contains(said), "{log}");
+    let (id, _secret) = token_in(&first)[8..].split_once('-').unwrap();
+    let refused = format!("\"token\":\"{id}\",\"name\":\"pi-1\"");
+    assert!(site.log().contains(&refused), "{}", site.log());
+
+    let second = site.code("pi-1");
+    let replaced = run(grideye_agent()
+        .args(["join", &second, "--no-start", "--replace", "--out"])
+        .arg(site.path("collector.toml")));
+    assert_eq!(replaced.code, 0, "{replaced:?}");
+    let told = "; one that runs takes a new token of its collector within a minute; restart it";
+    assert!(replaced.stdout.contains(told), "{replaced:?}");
+    let ended = agent.wait_with_output().unwrap();
+    let summary = String::from_utf8_lossy(&ended.stdout);
+    let whole = "120 read = 120 stored + 0 dropped + 0 lost; ";
+    assert!(summary.contains(whole), "{summary}");
+    assert_eq!((count("read"), count("stored")), (120, 120));
+
+    let listed = site.grideye(&["token", "list"]).stdout;
+    let lines: Vec<&str> = listed.lines().collect();
+    assert!(lines[0].starts_with("token         made (UTC)        state    scope   name  devices"));
+    let of = |code: &str| token_in(code)[8..20].to_owned();
+    for (line, id, state) in [
+        (lines[2], of(&first), "revoked"),
+        (lines[3], of(&second), "good   "),
+    ] {
+        // The date itself is the clock's.
+        let date = &line[14..30];
+        let is_date = |(at, c): (usize, char)| match at {
+            4 | 7 => c == '-',
+            10 => c == ' ',
+            13 => c == ':',
+            _ => c.is_ascii_digit(),
+        };
+        assert!(date.chars().enumerate().all(is_date), "{listed}");
+        assert!(line.starts_with(&id), "{listed}");
+        assert!(
+            line.ends_with(&format!("  {state}  ingest  pi-1  pi-1")),
+            "{listed}"
+        );
+    }
+}
+
+#[test]
+fn a_line_goes_to_a_file_for_its_owner_alone_and_the_last_address_is_kept() {
+    let site = Site::new();
+    let out = site.path("line.txt");
+    let to_file = ["--out", out.to_str().unwrap()];
+    let url = "https://pc.local:8835";
+    let enrolled = site.grideye(&[&["enroll", "pi-1", "--url", url], &to_file[..]].concat());
+    assert_eq!(enrolled.code, 0, "{enrolled:?}");
+    assert!(!enrolled.stdout.contains("grideye-"), "{enrolled:?}");
+    assert_eq!(mode(&out), 0o600);
+    let line = fs::read_to_string(&out).unwrap();
+    assert!(
+        line.starts_with(&format!("echo 'grideye:{url},device=pi-1,token=")),
+        "{line}"
+    );
+    // A file that is there may hold a token in use: it stays, and no token is made.
+    let again = site.grideye(&[&["enroll", "pi-3"], &to_file[..]].concat());
+    assert_eq!(again.code, 2, "{again:?}");
+    assert!(!site.grideye(&["token", "list"]).stdout.contains("pi-3"));
+    // Another device joins the same collector.
+    let begin = format!("echo 'grideye:{url},device=pi-2,token=");
+    assert!(site.enroll("pi-2").starts_with(&begin));
 }

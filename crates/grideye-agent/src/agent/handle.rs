@@ -133,18 +133,18 @@ impl Summary {
 }
 
 impl fmt::Display for Summary {
-    /// One line per sensor: `i2c-1:0x69: 100 read = 98 stored + 2 dropped + 0 in memory; 1 missing`, with `+ 5 on disk`
-    /// before the semicolon if the spool holds some.
+    /// One line per sensor: `i2c-1:0x69: 100 read = 98 stored + 2 dropped + 0 lost; 1 missing`, with `+ 5 on disk` before
+    /// the semicolon if the spool holds some. Lost is what ends with the agent: in memory, and not acknowledged.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, (name, sensor)) in self.sensors.iter().enumerate() {
             let account = &sensor.account;
             let dropped: u64 = account.dropped.values().sum();
             let line_break = if index == 0 { "" } else { "\n" };
             let (read, stored, on_disk) = (account.read, sensor.acknowledged, sensor.on_disk);
-            let in_memory = account.spooled.saturating_sub(on_disk);
+            let lost = account.spooled.saturating_sub(on_disk);
             write!(
                 formatter,
-                "{line_break}{name}: {read} read = {stored} stored + {dropped} dropped + {in_memory} in memory"
+                "{line_break}{name}: {read} read = {stored} stored + {dropped} dropped + {lost} lost"
             )?;
             if on_disk > 0 {
                 write!(formatter, " + {on_disk} on disk")?;

@@ -101,9 +101,8 @@ impl Agent {
         let collector = agent.collector.clone().ok_or(StartError::NoCollector)?;
         let client = client(&agent.credentials, agent.request_timeout);
         let client = client.map_err(StartError::Credentials)?;
-        let token = agent.credentials.token.clone();
         let set_up = set_up(&agent, &names, &buses);
-        let http = Http::new(&collector, client, token, agent.body, &set_up);
+        let http = Http::new(&collector, client, &agent, &set_up);
         let identity = Identity {
             device: device.clone(),
             boot: boot.clone(),

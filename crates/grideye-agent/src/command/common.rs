@@ -5,11 +5,9 @@ use grideye_agent::advice;
 use grideye_agent::agent::StartError;
 use grideye_agent::config::{CONFIG_BYTES_MAX, Config, SpoolMode};
 use grideye_agent::deliver::{client, signed};
-use grideye_agent::join::{Credentials, Joined};
-use grideye_agent::limits::JOINED_BYTES_MAX;
+use grideye_agent::join::{Credentials, Joined, read_text};
 use grideye_recording::wire::{Batch, JSON_TYPE};
 use serde_json::Value;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -52,15 +50,6 @@ pub(super) fn read_config(path: &Path) -> anyhow::Result<Config> {
     Ok(Config::parse(&text, &origin).map_err(|error| BadUsage(error.to_string()))?)
 }
 
-/// Reads a text file, at most one byte beyond the limit, so that the caller notices one too long.
-pub(super) fn read_text(path: &Path, bytes_max: usize) -> io::Result<String> {
-    let mut text = String::new();
-    let limit = u64::try_from(bytes_max).unwrap_or(u64::MAX) + 1;
-    let mut file = fs::File::open(path)?.take(limit);
-    file.read_to_string(&mut text)?;
-    Ok(text)
-}
-
 /// The host's name without the characters that a device's name may not have.
 pub(super) fn host_name() -> String {
     let system = rustix::system::uname();
@@ -80,15 +69,10 @@ pub(super) fn with_joined(mut config: Config, path: &Path) -> anyhow::Result<Con
     let Some(found) = joined_file(&config, path) else {
         return Ok(config);
     };
-    let origin = found.display().to_string();
-    let text = read_text(&found, JOINED_BYTES_MAX).map_err(|error| {
-        let hint =
-            "`grideye-agent join` writes it; it must be readable for the user that runs the agent";
-        BadUsage(format!("{origin}: {error}\nhint: {hint}"))
-    })?;
-    let joined = Joined::parse(&text, &origin).map_err(|error| BadUsage(error.to_string()))?;
+    let joined = Joined::read(&found).map_err(|error| BadUsage(error.to_string()))?;
     let taken = config.join(joined);
     taken.map_err(|error| BadUsage(error.to_string()))?;
+    config.joined = Some(found);
     Ok(config)
 }
 

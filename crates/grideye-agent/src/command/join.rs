@@ -1,11 +1,11 @@
 //! `grideye-agent join`, step by step.
 
-use super::common::{
-    self, BadUsage, TIMEOUT, host_name, prove, read_config, read_text, with_joined,
-};
+use super::common::{self, BadUsage, TIMEOUT, host_name, prove, read_config, with_joined};
 use anyhow::Context as _;
 use grideye_agent::cli::{JOINED_FILE, JoinArgs};
-use grideye_agent::join::{ClientCertificate, Credentials, JoinLine, Joined, Secret, authority_of};
+use grideye_agent::join::{
+    ClientCertificate, Credentials, JoinLine, Joined, Secret, authority_of, read_text,
+};
 use grideye_agent::limits::JOINED_BYTES_MAX;
 use grideye_agent::output;
 use grideye_recording::whole::replace_private;
@@ -103,7 +103,15 @@ fn find_service(args: &JoinArgs) -> anyhow::Result<Found> {
     };
     let by_hand = format!("{first}start the agent with: grideye-agent run --config {shown}");
     if args.no_start {
-        return Ok(Found::Not(format!("--no-start says so; {by_hand}")));
+        let running = match args.replace {
+            true => {
+                "; one that runs takes a new token of its collector within a minute; restart it for another collector, or if it is a service"
+            }
+            false => "",
+        };
+        return Ok(Found::Not(format!(
+            "--no-start says so; {by_hand}{running}"
+        )));
     }
     if args.service.is_none() && args.out != Path::new(JOINED_FILE) {
         return Ok(Found::Not(format!(

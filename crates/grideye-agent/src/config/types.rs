@@ -25,7 +25,7 @@ pub struct Config {
     pub device: Option<String>,
     /// Where to deliver: `http://192.168.1.20:8833`. `None`: the joined collector.
     pub collector: Option<String>,
-    /// The file that joining wrote, if it is named.
+    /// The file that joining wrote, if it is named or was found.
     pub joined: Option<PathBuf>,
     /// Token and certificates; [`Self::join`] adds them.
     pub credentials: Credentials,

@@ -2,10 +2,11 @@
 
 use super::post::{Post, Posted, TOO_LARGE};
 use crate::advice;
-use crate::config::Body;
-use crate::join::{ClientCertificate, Credentials, Secret};
+use crate::config::{Body, Config};
+use crate::join::{ClientCertificate, Credentials, Joined, Secret};
 use grideye_recording::wire::{Acknowledgement, BINARY_TYPE, Batch, JSON_TYPE};
 use rustls::crypto::ring::default_provider;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use ureq::RequestBuilder;
@@ -23,6 +24,9 @@ const EXCERPT_CHARS: usize = 200;
 /// Time limit for connecting, within the limit for the whole request.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
+const PATH: &str = "/v1/frames";
+/// The status for a token that is not, or no longer, known.
+const UNAUTHORIZED: u16 = 401;
 /// The status for an unknown body encoding.
 const UNSUPPORTED_MEDIA_TYPE: u16 = 415;
 /// A collector's codes for a record whose content no collector takes. Other codes are about a batch's form, of which another
@@ -34,6 +38,8 @@ pub(crate) struct Http {
     agent: ureq::Agent,
     url: String,
     token: Option<Secret>,
+    /// The file that joining wrote, and writes again when the token is replaced.
+    joined: Option<PathBuf>,
     body: Body,
     /// The agent's settings if they fit in a header, and when they were last sent.
     configuration: Option<(String, Option<Instant>)>,
@@ -45,8 +51,7 @@ impl Http {
     pub(crate) fn new(
         collector: &str,
         client: ureq::Agent,
-        token: Option<Secret>,
-        body: Body,
+        config: &Config,
         configuration: &serde_json::Value,
     ) -> Self {
         let json = configuration.to_string();
@@ -54,9 +59,10 @@ impl Http {
         let is_a_header = json.len() <= CONFIGURATION_BYTES_MAX && json.bytes().all(is_plain);
         Self {
             agent: client,
-            url: format!("{collector}/v1/frames"),
-            token,
-            body,
+            url: format!("{collector}{PATH}"),
+            token: config.credentials.token.clone(),
+            joined: config.joined.clone(),
+            body: config.body,
             configuration: is_a_header.then_some((json, None)),
         }
     }
@@ -89,11 +95,21 @@ impl Http {
             *said = Some(now);
         }
         let retry_after = retry_after.map(Duration::from_secs);
-        let code = if is_json { code_of(&answer) } else { None };
-        Ok((
-            status,
-            understand((status, code.as_deref()), &answer, retry_after),
-        ))
+        let error = error_of(&answer).filter(|_| is_json);
+        Ok((status, understand((status, error), &answer, retry_after)))
+    }
+
+    /// Takes the token that joining has written since. A line of another collector needs a restart: its store counts anew.
+    fn take_new_token(&mut self) -> bool {
+        let joined = self
+            .joined
+            .as_deref()
+            .and_then(|path| Joined::read(path).ok());
+        let joined = joined.filter(|joined| self.url.strip_prefix(&joined.collector) == Some(PATH));
+        let token = joined.and_then(|joined| joined.credentials.token);
+        let is_new = token.is_some() && token != self.token;
+        self.token = token.filter(|_| is_new).or(self.token.take());
+        is_new
     }
 }
 
@@ -113,6 +129,7 @@ impl Post for Http {
                 self.body = Body::Json;
                 self.post(batch, timeout)
             }
+            Ok((UNAUTHORIZED, _)) if self.take_new_token() => self.post(batch, timeout),
             Ok((_, posted)) => posted,
             Err(error) => Posted::Later {
                 is_unstored: is_before_sending(&error),
@@ -132,18 +149,21 @@ fn is_before_sending(error: &ureq::Error) -> bool {
     }
 }
 
-/// The code of a collector's error; `None` for an answer of anything else on the way, for example a proxy.
-fn code_of(answer: &[u8]) -> Option<String> {
+/// Code and message of a collector's error; `None` for an answer of anything else on the way, for example a proxy.
+fn error_of(answer: &[u8]) -> Option<[String; 2]> {
     let answer: serde_json::Value = serde_json::from_slice(answer).ok()?;
-    Some(answer["error"]["code"].as_str()?.to_owned())
+    let text = |key| answer["error"][key].as_str().map(str::to_owned);
+    Some([text("code")?, text("message").unwrap_or_default()])
 }
 
 fn understand(
-    (status, code): (u16, Option<&str>),
+    (status, error): (u16, Option<[String; 2]>),
     answer: &[u8],
     retry_after: Option<Duration>,
 ) -> Posted {
-    let said = excerpt(answer);
+    let code = error.as_ref().map(|[code, _]| code.as_str());
+    let message = error.as_ref().map(|[_, message]| message.as_bytes());
+    let said = excerpt(message.filter(|said| !said.is_empty()).unwrap_or(answer));
     match status {
         200 => match Acknowledgement::from_json(answer) {
             Ok(answer) => Posted::Durable(answer),
@@ -158,7 +178,7 @@ fn understand(
         409 | 422 if code.is_some_and(|code| OF_CONTENT.contains(&code)) => {
             Posted::Refused(status, said)
         }
-        401 | 403 => Posted::Forbidden(status, said),
+        UNAUTHORIZED | 403 => Posted::Forbidden(status, said),
         _ => Posted::Later {
             why: format!("status {status}: {said}"),
             retry_after,
@@ -245,7 +265,8 @@ mod tests {
 
     #[test]
     fn only_a_collectors_word_on_the_content_or_a_size_counts_as_rejected() {
-        let kind = |status, code, answer| match understand((status, code), answer, None) {
+        let error = |code: Option<&str>| code.map(|code| [code.to_owned(), String::new()]);
+        let kind = |status, code, answer| match understand((status, error(code)), answer, None) {
             Posted::Durable(_) => "durable",
             Posted::Refused(..) => "refused",
             Posted::Forbidden(..) => "forbidden",
@@ -266,12 +287,9 @@ mod tests {
             }
         }
         assert_eq!(kind(200, None, b"<html>"), "later");
-        let code = |answer: &str| code_of(answer.as_bytes());
-        assert_eq!(
-            code(r#"{"error":{"code":"conflict"}}"#).as_deref(),
-            Some("conflict")
-        );
-        assert_eq!(code(r#"{"error":"no"}"#), None);
+        let found = error_of(br#"{"error":{"code":"conflict","message":"no"}}"#);
+        assert_eq!(found, Some(["conflict".to_owned(), "no".to_owned()]));
+        assert_eq!(error_of(br#"{"error":"no"}"#), None);
     }
 
     #[test]

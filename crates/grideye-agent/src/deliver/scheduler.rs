@@ -295,8 +295,15 @@ impl<P: Post> Scheduler<P> {
         }
         if self.turn(lane).said.take().is_some() {
             let left = self.shared.with_ring(|ring| ring.len());
-            self.log
-                .info(format!("delivering again; {left} records wait in memory"));
+            let spool = self.shared.spool_if_free();
+            let spool = spool.as_ref().and_then(|spool| spool.as_ref());
+            let on_disk = spool.map_or_else(String::new, |spool| {
+                let (own, earlier) = spool.waiting_frames();
+                format!(" and {} frames on the disk", own + earlier)
+            });
+            self.log.info(format!(
+                "delivering again; {left} records wait in memory{on_disk}"
+            ));
         }
         if self.held_said.remove(&boot).is_some() {
             let line = format!("the rest of boot {boot} is being delivered again");
@@ -381,6 +388,10 @@ impl<P: Post> Scheduler<P> {
     fn forbidden(&mut self, batch: &Batch, status: u16, said: &str) {
         let why = format!("the collector forbids it, status {status}: {said}");
         if self.is_own(batch) {
+            let why = format!(
+                "{why}\nhint: print a line with `grideye enroll {}` on the collector's machine, and paste it here to `sudo grideye-agent join --replace -`",
+                batch.device
+            );
             return self.failed(batch.lane, &why, None, false);
         }
         let (device, boot) = (&batch.device, &batch.boot);

@@ -4,6 +4,9 @@ use super::credentials::{ClientCertificate, Credentials, NotJoined, Pin, Secret,
 use crate::limits::JOINED_BYTES_MAX;
 use grideye_recording::check_name;
 use serde::{Deserialize, Serialize};
+use std::fs::File as Opened;
+use std::io::{self, Read as _};
+use std::path::Path;
 use std::str::FromStr;
 
 const SCHEME: &str = "grideye:";
@@ -127,7 +130,21 @@ pub struct Joined {
 }
 
 impl Joined {
-    /// Reads the file. `origin` is its name in errors.
+    /// Reads the file.
+    ///
+    /// # Errors
+    /// [`NotJoined`] if it cannot be read, or for anything that [`Self::to_toml`] did not write.
+    pub fn read(path: &Path) -> Result<Self, NotJoined> {
+        let origin = path.display().to_string();
+        let text = read_text(path, JOINED_BYTES_MAX).map_err(|error| {
+            NotJoined(format!(
+                "{origin}: {error}\nhint: `grideye-agent join` writes it; it must be readable for the user that runs the agent"
+            ))
+        })?;
+        Self::parse(&text, &origin)
+    }
+
+    /// Reads the file's text. `origin` is its name in errors.
     ///
     /// # Errors
     /// [`NotJoined`] for anything that [`Self::to_toml`] did not write.
@@ -193,6 +210,17 @@ impl Joined {
         };
         toml::to_string_pretty(&file).map_err(|error| NotJoined(error.to_string()))
     }
+}
+
+/// Reads a text file, at most one byte beyond the limit, so that the caller notices one too long.
+///
+/// # Errors
+/// The failure to open or read it, also if it is not UTF-8.
+pub fn read_text(path: &Path, bytes_max: usize) -> io::Result<String> {
+    let mut text = String::new();
+    let limit = u64::try_from(bytes_max).unwrap_or(u64::MAX) + 1;
+    Opened::open(path)?.take(limit).read_to_string(&mut text)?;
+    Ok(text)
 }
 
 #[derive(Serialize, Deserialize)]

@@ -157,9 +157,20 @@ fn a_permanently_rejected_record_is_set_aside_and_the_rest_goes_on() {
     assert!(
         summary
             .to_string()
-            .ends_with("450 read = 449 stored + 1 dropped + 0 in memory; 0 missing"),
+            .ends_with("450 read = 449 stored + 1 dropped + 0 lost; 0 missing"),
         "{summary}"
     );
+}
+
+#[test]
+fn what_an_agent_without_a_spool_cannot_deliver_is_lost_when_it_ends() {
+    let collector = Collector::start(vec![Conduct::Status(401)]);
+    let (_host, agent) = read_all(&collector, 10_000, Log::silent());
+    assert!(agent.wait_finished(WAIT_MAX));
+    let summary = agent.stop(Duration::from_millis(100));
+    assert!(!summary.is_complete());
+    let ends = "450 read = 0 stored + 0 dropped + 450 lost; 0 missing";
+    assert!(summary.to_string().ends_with(ends), "{summary}");
 }
 
 #[test]

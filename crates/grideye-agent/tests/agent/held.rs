@@ -209,11 +209,20 @@ fn a_useless_token_is_an_ordinary_failure_and_holds_nothing() {
     assert!(agent.scheduler.failures() > 0);
     let said = agent.said(Level::Warning);
     assert!(
-        said.len() == 1 && said[0].contains("records wait: the collector forbids it, status 403"),
+        said.len() == 1
+            && said[0].contains("records wait: the collector forbids it, status 403")
+            && said[0].contains("\nhint: print a line with `grideye enroll pi` on the collector's"),
         "{said:?}"
     );
     line.0.lock().unwrap().forbids = None;
     agent.wait(Duration::from_secs(70));
+    // All were on the disk by then.
+    let said = agent.said(Level::Info);
+    let frames = (0..300).filter(|seq| record(*seq).reading.frame().is_some());
+    let frames = frames.count();
+    let again =
+        format!("delivering again; 0 records wait in memory and {frames} frames on the disk");
+    assert_eq!(said, [again]);
     let mut came = numbers(&line, "pi");
     came.sort_unstable();
     assert_eq!(came, (0..300).collect::<Vec<_>>());

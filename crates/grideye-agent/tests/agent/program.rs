@@ -208,7 +208,7 @@ fn a_running_agent_is_small_and_ends_on_a_signal_with_its_account() {
         assert_eq!(output.status.code(), Some(0), "{log}");
         assert_eq!(
             String::from_utf8(output.stdout).unwrap(),
-            "i2c-1:0x69: 0 read = 0 stored + 0 dropped + 0 in memory; 0 missing\n"
+            "i2c-1:0x69: 0 read = 0 stored + 0 dropped + 0 lost; 0 missing\n"
         );
         assert!(
             log.contains("error: /nonexistent/i2c-1: no such bus\nhint: enable I2C"),
