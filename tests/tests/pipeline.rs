@@ -9,10 +9,12 @@
 #[path = "pipeline/mistakes.rs"]
 mod mistakes;
 
+use grideye_tests::live_page::{batch, frame};
 use grideye_tests::programs::{
     self, Ended, RunningCollector, grideye, grideye_agent, root, run, wait_for,
 };
 use mistakes::file;
+use serde_json::{Value, json};
 use std::path::Path;
 use std::process::Command;
 
@@ -218,6 +220,46 @@ fn the_agent_delivers_from_a_device_file_to_a_collector() {
     assert!(audited.stdout.contains(&equation), "{audited:?}");
     let stopped = collector.stop();
     assert_eq!(stopped.code, 0, "{stopped:?}");
+}
+
+#[test]
+fn an_audit_that_ends_with_3_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let collector = RunningCollector::start(folder.path());
+    let missing = || json!({ "missing": "nack" });
+    let frames = [frame(&[80; 64], 402), missing(), missing()];
+    let mut turn = 0;
+    let mut audited = |account: Value| {
+        let mut body = batch("s1", turn, &frames);
+        turn += 3;
+        body["sensors"][0]["account"] = account;
+        let url = format!("{}/v1/frames", collector.url());
+        ureq::post(url).send_json(body).unwrap();
+        let audited = run(grideye().args(["audit", "--collector", collector.url()]));
+        assert_eq!(audited.code, 3, "{audited:?}");
+        audited.stderr
+    };
+    let account = |read: u64, dropped: Value| json!({ "read": read, "missing": 2, "dropped": dropped, "spooled": 1, "errors": {} });
+    for (account, said) in [
+        (
+            account(1, json!({})),
+            "missing 2 (never read from the sensor), dropped 0 (after reading)\n",
+        ),
+        (
+            account(5, json!({ "ring-full": 3 })),
+            "missing 4 (never read from the sensor), dropped 3 (after reading)\n",
+        ),
+        (
+            account(8, json!({ "ring-full": 3 })),
+            "missing 6 (never read from the sensor), dropped 3 (after reading), others unaccounted for (≠)\n",
+        ),
+    ] {
+        let stderr = audited(account);
+        assert!(
+            stderr.ends_with(&format!("exit code 3: {said}")),
+            "{stderr}"
+        );
+    }
 }
 
 #[test]

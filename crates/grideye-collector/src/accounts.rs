@@ -18,7 +18,7 @@ pub struct Accounts {
 
 /// The counts of one stream. The agent's own are `None` if its frames came without them.
 ///
-/// Prints `read 100 = stored 97 + dropped 3 (ring-full 3) + spooled 0, missing 0`.
+/// Prints `read 100 = stored 97 + dropped 3 (ring-full 3) + spooled 0, missing 0; last report 25 s ago`.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Account {
@@ -34,7 +34,12 @@ pub struct Account {
     pub dropped: Option<BTreeMap<String, u64>>,
     pub spooled: Option<u64>,
     pub balanced: Option<bool>,
+    /// How long ago its frames last came, in seconds.
+    pub last_report_s: Option<u64>,
 }
+
+/// An older last report is named: a sensor that sends has a newer one.
+const RECENT_S: u64 = 5;
 
 /// Several agents that send under one device name.
 #[derive(Debug, Clone, Deserialize)]
@@ -51,7 +56,9 @@ impl Account {
         self.balanced != Some(false) && self.dropped_total() == 0 && self.missing == 0
     }
 
-    fn dropped_total(&self) -> u64 {
+    /// Frames that the agent dropped, over all reasons.
+    #[must_use]
+    pub fn dropped_total(&self) -> u64 {
         self.dropped.iter().flat_map(BTreeMap::values).sum()
     }
 }
@@ -81,6 +88,49 @@ impl fmt::Display for Account {
             formatter,
             "read {read} {equals} stored {stored} + dropped {}{reasons} + spooled {spooled}, missing {missing}",
             self.dropped_total()
-        )
+        )?;
+        match self.last_report_s.filter(|since_s| *since_s > RECENT_S) {
+            None => Ok(()),
+            Some(s @ 0..600) => write!(formatter, "; last report {s} s ago"),
+            Some(s @ 0..36_000) => write!(formatter, "; last report {} min ago", s / 60),
+            Some(s @ 0..360_000) => write!(formatter, "; last report {} h ago", s / 3600),
+            Some(s) => write!(formatter, "; last report {} days ago", s / 86_400),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_old_report_is_named_as_such() {
+        let shown = |last_report_s: Option<u64>| {
+            let account = Account {
+                device: "pi-1".to_owned(),
+                sensor: "s".to_owned(),
+                boot: "b".to_owned(),
+                read: Some(10),
+                stored: 10,
+                expired: 0,
+                missing: 0,
+                dropped: Some(BTreeMap::new()),
+                spooled: Some(0),
+                balanced: Some(true),
+                last_report_s,
+            };
+            account.to_string()
+        };
+        let recent = "read 10 = stored 10 + dropped 0 + spooled 0, missing 0";
+        for (last_report_s, said) in [
+            (None, ""),
+            (Some(5), ""),
+            (Some(25), "; last report 25 s ago"),
+            (Some(3_599), "; last report 59 min ago"),
+            (Some(36_000), "; last report 10 h ago"),
+            (Some(864_000), "; last report 10 days ago"),
+        ] {
+            assert_eq!(shown(last_report_s), format!("{recent}{said}"));
+        }
     }
 }

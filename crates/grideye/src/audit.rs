@@ -28,7 +28,24 @@ pub(crate) fn run(options: &Audit) -> Result<Outcome> {
             outln!("{}", printable(&format!("{device} {sensor} {boot}  {row}")))?;
         }
     }
-    Ok(Outcome::told(rows.iter().all(Account::is_whole)))
+    let is_whole = rows.iter().all(Account::is_whole);
+    if !is_whole {
+        say(&loss(&rows));
+    }
+    Ok(Outcome::told(is_whole))
+}
+
+/// Why the exit code is 3.
+fn loss(rows: &[Account]) -> String {
+    let missing: u64 = rows.iter().map(|row| row.missing).sum();
+    let dropped: u64 = rows.iter().map(Account::dropped_total).sum();
+    let uneven = match rows.iter().any(|row| row.balanced == Some(false)) {
+        true => ", others unaccounted for (≠)",
+        false => "",
+    };
+    format!(
+        "exit code 3: missing {missing} (never read from the sensor), dropped {dropped} (after reading){uneven}"
+    )
 }
 
 /// Two machines, or a copied card: nothing is lost, but the frames of both are mixed.

@@ -32,15 +32,21 @@ pub(crate) async fn audit(
     })?;
     let streams = state.store().streams().await?;
     let in_all = state.store().usage().await?.streams;
-    let rivals = state.0.live.rivals_json();
+    let (rivals, now_ns) = (state.0.live.rivals_json(), state.0.clock.utc_ns());
     let written = tokio::task::spawn_blocking(move || {
         let _turn = turn;
         let unlisted = in_all.saturating_sub(u64::try_from(streams.len()).unwrap_or(u64::MAX));
         let mut unaccounted = streams.iter().filter_map(StreamSummary::unaccounted);
         let balanced = unaccounted.all(|frames| frames == 0);
-        let streams = streams
-            .iter()
-            .map(|stream| Value::Object(stream_json(stream)));
+        let streams = streams.iter().map(|stream| {
+            let mut json = stream_json(stream);
+            let since_ns = now_ns.saturating_sub(stream.t_last_arrival_ns).max(0);
+            json.insert(
+                "last_report_s".to_owned(),
+                (since_ns / 1_000_000_000).into(),
+            );
+            Value::Object(json)
+        });
         let streams: Vec<Value> = streams.collect();
         let audit = json!({ "balanced": balanced, "rivals": rivals, "unlisted": unlisted, "streams": streams });
         audit.to_string()

@@ -278,6 +278,20 @@ async fn the_audit_says_whether_the_books_balance() {
 }
 
 #[tokio::test]
+async fn the_audit_says_how_long_ago_frames_came_also_after_a_restart() {
+    let server = Server::new().await;
+    server.frames(&counted(0..5, account(5, 0, 0))).await;
+    server.clock.pass(Duration::from_millis(25_900));
+    // A report without frames is none of them.
+    server.frames(&counted(5..5, account(5, 0, 0))).await;
+    let last = async |server: &Server| {
+        let audit = server.get("/v1/audit").await.json();
+        audit["streams"][0]["last_report_s"].clone()
+    };
+    assert_eq!(last(&server).await, 25);
+}
+
+#[tokio::test]
 async fn two_agents_with_one_name_are_shown_with_their_boots_and_lose_nothing() {
     let server = Server::new().await;
     let mut client = Client::of(&server).await;
