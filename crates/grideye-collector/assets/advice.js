@@ -47,7 +47,7 @@ const BACKLOG_NOTED = 100;
 /** What to do about a device, most pressing first; nothing where all is well. */
 export function adviceFor(device, isSilent) {
   const sentences = [];
-  if (isSilent) sentences.push("The device is silent: check that the agent runs (systemctl status grideye-agent) and reaches this address.");
+  if (isSilent) sentences.push("The device is silent: check that the agent runs (systemctl status grideye-agent) and reaches this address, and that its token was not revoked (grideye token list).");
   const boots = device.rivals ?? [];
   if (boots.length > 0) sentences.push(`Two agents send as ${device.device} (boots ${boots.join(", ")}): give each its own \`device\` in agent.toml.`);
   const recent = new Set(device.recent_faults);

@@ -20,6 +20,16 @@ pub(crate) enum Caller {
     },
 }
 
+impl Caller {
+    /// The caller's token, unless none was asked for.
+    pub(crate) fn record(&self) -> Option<&Arc<TokenRecord>> {
+        match self {
+            Self::Anyone => None,
+            Self::Holder { record, .. } => Some(record),
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Presented<'a> {
     Nothing,
@@ -27,12 +37,14 @@ pub(crate) enum Presented<'a> {
     Cookie(&'a str),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub(crate) enum Unknown {
     /// No token was sent, and tokens are required.
     NoToken,
-    /// The text sent is not a token, or not a valid one.
+    /// The text sent is not a token that was made here.
     BadToken,
+    /// This token was revoked.
+    Revoked(Arc<TokenRecord>),
     /// The cookie is not ours or expired, or its token was revoked.
     BadCookie,
 }
@@ -106,9 +118,9 @@ impl Authenticator {
         }
         match presented {
             Presented::Nothing => Err(Unknown::NoToken),
-            Presented::Token(text) => by_token(&book, text)
-                .or_else(|| by_token(&self.look_again(now), text))
-                .ok_or(Unknown::BadToken),
+            Presented::Token(text) => {
+                by_token(&book, text).or_else(|_unknown| by_token(&self.look_again(now), text))
+            }
             Presented::Cookie(cookie) => self
                 .by_cookie(&book, cookie, t_now_s())
                 .ok_or(Unknown::BadCookie),
@@ -197,13 +209,19 @@ impl Authenticator {
     }
 }
 
-fn by_token(book: &TokenBook, text: &str) -> Option<Caller> {
-    let token: Token = text.parse().ok()?;
-    let record = book.get(token.id())?;
-    record.hash.is_of(&token).then(|| Caller::Holder {
-        record: Arc::clone(record),
-        by_cookie: false,
-    })
+fn by_token(book: &TokenBook, text: &str) -> Result<Caller, Unknown> {
+    let token: Token = text.parse().map_err(|_no_token| Unknown::BadToken)?;
+    let record = book
+        .find(token.id())
+        .filter(|record| record.hash.is_of(&token));
+    let record = Arc::clone(record.ok_or(Unknown::BadToken)?);
+    match record.t_revoked_s {
+        Some(_) => Err(Unknown::Revoked(record)),
+        None => Ok(Caller::Holder {
+            record,
+            by_cookie: false,
+        }),
+    }
 }
 
 #[cfg(test)]
@@ -254,13 +272,13 @@ mod tests {
         let token = make(&folder, "page");
         let not_looked_at_yet = nothing(&authenticator, 0);
         assert!(matches!(not_looked_at_yet, Ok(Caller::Anyone)));
-        assert_eq!(nothing(&authenticator, 1).unwrap_err(), Unknown::NoToken);
+        assert!(matches!(nothing(&authenticator, 1), Err(Unknown::NoToken)));
         assert!(is_holder(&shown(&authenticator, &token, 1), false));
         revoke(&folder);
         let found = shown(&authenticator, &token, 2);
-        assert_eq!(found.unwrap_err(), Unknown::BadToken);
+        assert!(matches!(found, Err(Unknown::Revoked(record)) if record.name == "page"));
         let still_closed = nothing(&authenticator, 3);
-        assert_eq!(still_closed.unwrap_err(), Unknown::NoToken);
+        assert!(matches!(still_closed, Err(Unknown::NoToken)));
     }
 
     #[test]
@@ -300,7 +318,7 @@ mod tests {
         let (head, secret) = (&one[..one.len() - 64], &two[two.len() - 64..]);
         for bad in [head, &format!("{head}{secret}"), ""] {
             let found = shown(&authenticator, bad, 0);
-            assert_eq!(found.unwrap_err(), Unknown::BadToken, "{bad}");
+            assert!(matches!(found, Err(Unknown::BadToken)), "{bad}");
         }
     }
 
@@ -315,11 +333,11 @@ mod tests {
         };
         assert!(is_holder(&by_cookie(&other, 0, 999), true));
         let late = by_cookie(&authenticator, 0, 1000);
-        assert_eq!(late.unwrap_err(), Unknown::BadCookie);
+        assert!(matches!(late, Err(Unknown::BadCookie)));
         // A cookie is not a token, nor a token a cookie.
         assert!(shown(&authenticator, &cookie, 0).is_err());
         revoke(&folder);
         let revoked = by_cookie(&authenticator, 1, 0);
-        assert_eq!(revoked.unwrap_err(), Unknown::BadCookie);
+        assert!(matches!(revoked, Err(Unknown::BadCookie)));
     }
 }

@@ -49,8 +49,12 @@ impl TokenBook {
 
     /// The valid token with this number.
     pub(crate) fn get(&self, id: &TokenId) -> Option<&Arc<TokenRecord>> {
-        let record = self.records.get(*self.by_id.get(id)?)?;
-        record.t_revoked_s.is_none().then_some(record)
+        self.find(id).filter(|record| record.t_revoked_s.is_none())
+    }
+
+    /// The token with this number, also a revoked one.
+    pub(crate) fn find(&self, id: &TokenId) -> Option<&Arc<TokenRecord>> {
+        self.records.get(*self.by_id.get(id)?)
     }
 
     /// Adds a token and returns it: only this once, because the secret is not stored.

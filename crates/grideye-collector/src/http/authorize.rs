@@ -1,12 +1,13 @@
 //! Access control over HTTP: the token or cookie of each request, its scope, and its rate.
 
-use crate::auth::{Caller, Presented, Scope, Unknown};
+use crate::auth::{Caller, Presented, Scope, TokenRecord, Unknown};
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::peer::{AddressGroup, Peer};
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// What a request needs.
@@ -82,8 +83,18 @@ pub(crate) fn authorize(
             };
         }
     };
-    check(state, &caller, need, request).map_err(boxed)?;
-    Ok(Some(caller))
+    match check(state, &caller, need, request) {
+        Ok(()) => Ok(Some(caller)),
+        Err(refusal) => Err(Box::new(named(refusal.into_response(), caller.record()))),
+    }
+}
+
+/// Names the token in the log's line about a refusal.
+pub(crate) fn named(mut response: Response, record: Option<&Arc<TokenRecord>>) -> Response {
+    if let Some(record) = record {
+        response.extensions_mut().insert(Arc::clone(record));
+    }
+    response
 }
 
 fn boxed(refusal: Refusal) -> Box<Response> {
@@ -189,9 +200,10 @@ fn refuse_unknown(request: &Request, unknown: Unknown) -> Response {
     if is_person(request) {
         return Redirect::to("/login").into_response();
     }
-    let (code, what) = match unknown {
+    let (code, what) = match &unknown {
         Unknown::NoToken => ("no_token", "this collector requires a token"),
-        Unknown::BadToken => ("bad_token", "this token is unknown or was revoked"),
+        Unknown::BadToken => ("bad_token", "this token is unknown"),
+        Unknown::Revoked(_) => ("bad_token", "this token was revoked"),
         Unknown::BadCookie => ("signed_out", "you are signed out"),
     };
     let refusal = Refusal::new(StatusCode::UNAUTHORIZED, code, what)
@@ -201,7 +213,10 @@ fn refuse_unknown(request: &Request, unknown: Unknown) -> Response {
     response
         .headers_mut()
         .insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
-    response
+    match unknown {
+        Unknown::Revoked(record) => named(response, Some(&record)),
+        _ => response,
+    }
 }
 
 fn check(state: &AppState, caller: &Caller, need: Need, request: &Request) -> Result<(), Refusal> {

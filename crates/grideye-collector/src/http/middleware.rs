@@ -1,7 +1,7 @@
 //! What every request passes: admission, time limit, and the headers of every response.
 
-use crate::auth::Caller;
-use crate::http::authorize::{Need, authorize};
+use crate::auth::{Caller, TokenRecord};
+use crate::http::authorize::{Need, authorize, named};
 use crate::http::client::Client;
 use crate::http::headers::protect;
 use crate::http::origin::check_origin;
@@ -14,6 +14,7 @@ use axum::http::StatusCode;
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::net::IpAddr;
+use std::sync::Arc;
 use std::time::Duration;
 
 pub(crate) async fn around(
@@ -66,9 +67,11 @@ pub(crate) async fn pass<A: Future<Output = Response>>(
     let mut response = match admit(state, client, need, &request, began) {
         Err(refusal) => *refusal,
         Ok(caller) => {
+            let record = caller.as_ref().and_then(Caller::record).cloned();
             let answered = client.alarm.within(time_max, answer(caller, request));
             let answered = answered.await;
-            answered.unwrap_or_else(|| too_slow(time_max, is_read).into_response())
+            let answered = answered.unwrap_or_else(|| too_slow(time_max, is_read).into_response());
+            named(answered, record.as_ref())
         }
     };
     establish_unproven(state, client, &response, began);
@@ -136,10 +139,13 @@ fn count(state: &AppState, response: &Response, began: Duration, peer: IpAddr) {
             StatusCode::INSUFFICIENT_STORAGE | StatusCode::INTERNAL_SERVER_ERROR => Level::Error,
             _ => Level::Warning,
         };
-        let event = LogEvent::new(level, "refused")
+        let mut event = LogEvent::new(level, "refused")
             .with("code", code)
             .with("status", status.as_u16())
             .with("peer", peer);
+        if let Some(record) = response.extensions().get::<Arc<TokenRecord>>() {
+            event = event.with("token", &record.id).with("name", &record.name);
+        }
         shared.seldom.say(code, now, event);
     }
 }

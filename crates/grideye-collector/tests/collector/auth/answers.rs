@@ -87,11 +87,27 @@ async fn no_response_or_log_contains_a_secret() {
     server.folder.change(|book| book.revoke("ana", 2)).unwrap();
     server.notice();
     server.get("/v1/sensors", &[("cookie", &cookie)]).await;
+    server.clock.pass(Duration::from_secs(1));
+    let revoked = server.get_as(&ana, "/v1/sensors").await.json();
+    assert_eq!(revoked["error"]["message"], "this token was revoked");
     let said = server.said.lock().unwrap().join("\n");
     assert!(
         said.contains("refused code=foreign_device") && said.contains("code=bad_token"),
         "{said}"
     );
+    // The holder of a token is named by its number and name, also of one that was revoked; a guess names nobody.
+    for (code, token, name) in [
+        ("foreign_device", &pi, "pi-1"),
+        ("wrong_scope", &pi, "pi-1"),
+        ("bad_token", &ana, "ana"),
+    ] {
+        let line = format!("refused code={code} status=40");
+        let by = format!(" token={} name={name}", token.id());
+        let mut lines = said.lines().filter(|said| said.contains(&line));
+        assert!(lines.any(|said| said.contains(&by)), "{by} in {said}");
+    }
+    let named = |said: &&str| said.contains("code=bad_token") && said.contains(" token=");
+    assert_eq!(said.lines().filter(named).count(), 1, "{said}");
     let session = cookie.rsplit('.').next().unwrap().to_owned();
     for secret in [pi.reveal(), ana.reveal(), session] {
         let secret = secret.rsplit('-').next().unwrap();
