@@ -48,36 +48,47 @@ pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
         Some(pin) if options.esp32 => Some(authority_pem(options, &folder, pin)?),
         _ => None,
     };
-    let token = make(&folder, &first, Scope::Ingest { devices })?;
-    line.device = is_alone.then_some(first);
-    line.token = Some(Secret::new(&token.reveal())?);
     if is_loopback(&line.collector) {
         progress::say(
             "this address reaches the collector only from this machine; for other machines, start it with --listen ADDR and give that address with --url",
         );
     }
-    if options.esp32 {
-        outln!("{}", header(&line, authority.as_deref()))?;
-        progress::say("this holds a secret: keep it out of repositories");
-        return Ok(Outcome::Done);
-    }
-    if options.json {
-        let enrolled = json!({
-            "collector": line.collector,
-            "devices": options.devices,
-            "token_id": token.id().to_string(),
-            "code": line.reveal(),
-            "command": line.command(),
-        });
-        outln!("{enrolled}")?;
-        return Ok(Outcome::Done);
-    }
-    let id = token.id();
-    progress::say(&format!(
-        "token {id} made; paste this line on the Raspberry Pi:"
-    ));
-    outln!("{}", line.command())?;
-    Ok(Outcome::Done)
+    let note = match (options.esp32, options.json) {
+        (true, _) => "this holds a secret: keep it out of repositories",
+        (_, true) => "this holds its code",
+        _ => "paste this line on the Raspberry Pi:",
+    };
+    hand_out(options.out.as_deref(), note, || {
+        let token = make(&folder, &first, Scope::Ingest { devices })?;
+        if options.url.is_some() {
+            let (url, pin) = (
+                line.collector.clone(),
+                line.pin.as_ref().map(Pin::to_string),
+            );
+            // Of another certificate than its own the collector knows the pin alone.
+            let pin = pin.or(folder.address()?.and_then(|known| known.pin));
+            folder.set_address(&Address { url, pin })?;
+        }
+        line.device = is_alone.then_some(first);
+        line.token = Some(Secret::new(&token.reveal())?);
+        let text = match (options.esp32, options.json) {
+            (true, _) => header(&line, authority.as_deref()),
+            (_, true) => enrolled(options, &line, &token),
+            _ => line.command(),
+        };
+        Ok((token, text))
+    })
+}
+
+fn enrolled(options: &Enroll, line: &JoinLine, token: &Token) -> String {
+    let enrolled = json!({
+        "collector": line.collector,
+        "devices": options.devices,
+        "token_id": token.id().to_string(),
+        "code": line.reveal(),
+        "command": line.command(),
+    });
+    enrolled.to_string()
 }
 
 pub(crate) fn token(what: &TokenWhat) -> Result<Outcome> {
@@ -99,16 +110,28 @@ pub(crate) fn outward_address() -> Option<IpAddr> {
 
 fn make_token(options: &TokenMake) -> Result<Outcome> {
     let folder = AccessFolder::new(&options.folder.path);
-    let scope = options.scope.clone();
-    let Some(path) = &options.out else {
-        let token = make(&folder, &options.name, scope)?;
-        progress::say(&format!("token {} made; it is shown this once", token.id()));
-        outln!("{}", token.reveal())?;
+    hand_out(options.out.as_deref(), "it is shown this once", || {
+        let token = make(&folder, &options.name, options.scope.clone())?;
+        let text = token.reveal();
+        Ok((token, text))
+    })
+}
+
+/// Prints a new token, in its text, or writes it to a file that is there before the token is.
+fn hand_out(
+    out: Option<&Path>,
+    note: &str,
+    make: impl FnOnce() -> Result<(Token, String)>,
+) -> Result<Outcome> {
+    let Some(path) = out else {
+        let (token, text) = make()?;
+        progress::say(&format!("token {} made; {note}", token.id()));
+        outln!("{text}")?;
         return Ok(Outcome::Done);
     };
     let mut file = create(path)?;
-    let written = make(&folder, &options.name, scope).and_then(|token| {
-        writeln!(file, "{}", token.reveal())
+    let written = make().and_then(|(token, text)| {
+        writeln!(file, "{text}")
             .and_then(|()| file.sync_all())
             .with_context(|| {
                 format!(
@@ -136,14 +159,24 @@ fn list(options: &TokenList) -> Result<Outcome> {
     }
     if book.is_empty() {
         outln!("no token yet")?;
+        return Ok(Outcome::Done);
     }
+    outln!("token         made (UTC)        state    scope   name  devices")?;
     for record in book.records() {
         let state = record.t_revoked_s.map_or("good", |_| "revoked");
-        let (id, name, scope) = (&record.id, &record.name, record.scope.name());
-        let devices = devices(record).join(" ");
-        outln!("{id}  {state:7}  {scope:6}  {name}  {devices}")?;
+        let (id, name, made) = (&record.id, &record.name, minute(record.t_made_s));
+        let (scope, devices) = (record.scope.name(), devices(record).join(" "));
+        outln!("{id}  {made}  {state:7}  {scope:6}  {name}  {devices}")?;
     }
     Ok(Outcome::Done)
+}
+
+/// `2026-11-30 17:05`.
+fn minute(t_s: i64) -> String {
+    let (year, month, day) = grideye_frame::day_of(t_s.div_euclid(86_400));
+    let minutes = t_s.rem_euclid(86_400) / 60;
+    let (hour, minute) = (minutes / 60, minutes % 60);
+    format!("{year}-{month:02}-{day:02} {hour:02}:{minute:02}")
 }
 
 fn revoke(options: &TokenRevoke) -> Result<Outcome> {
@@ -168,7 +201,8 @@ fn told(error: AccessError) -> anyhow::Error {
     }
 }
 
-/// The collector's address for the agent: the given one, else that of its last start, else this machine's.
+/// The collector's address for the agent: the given one, else the last that was given or that it was started with, else
+/// this machine's.
 fn address(options: &Enroll, folder: &AccessFolder) -> Result<Address> {
     let recorded = folder.address()?.unwrap_or_else(|| {
         let here = outward_address().unwrap_or(IpAddr::from([127, 0, 0, 1]));

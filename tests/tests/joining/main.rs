@@ -165,7 +165,7 @@ fn a_revoked_token_is_out_within_seconds_and_is_listed_as_such() {
     let line = site.enroll("pi-1");
     let listed = site.grideye(&["token", "list"]);
     assert!(
-        listed.stdout.contains("good     ingest  pi-1  pi-1"),
+        listed.stdout.contains("  good     ingest  pi-1  pi-1"),
         "{listed:?}"
     );
     assert_eq!(site.grideye(&["token", "revoke", "pi-1"]).code, 0);

@@ -155,9 +155,15 @@ pub(crate) struct Enroll {
     pub(crate) folder: Folder,
     /// Collector's address for agents [default: its last].
     ///
-    /// The default is where the collector was last started to listen.
+    /// The default is the last that was given here, or where the collector was last started to listen, whichever is newer;
+    /// without both, port 8833 of this machine.
     #[arg(long, value_name = "URL")]
     pub(crate) url: Option<String>,
+    /// File to write instead of printing.
+    ///
+    /// Only its owner may read it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
     /// Authority of your own certificate (PEM).
     ///
     /// Needed if the collector's own authority did not sign its certificate.
