@@ -162,8 +162,9 @@ fn a_running_agent_whose_token_is_replaced_goes_on_with_the_new_one_and_loses_no
     let said = "records wait: the collector forbids it, status 401: this token was revoked\nhint: print a line with `grideye enroll pi-1` on the collector's machine, and paste it here to `sudo grideye-agent join --replace -`\n";
     assert!(log.contains(said), "{log}");
     let (id, _secret) = token_in(&first)[8..].split_once('-').unwrap();
-    let refused = format!("\"token\":\"{id}\",\"name\":\"pi-1\"");
-    assert!(site.log().contains(&refused), "{}", site.log());
+    let (id, name) = (format!("\"token\":\"{id}\""), "\"name\":\"pi-1\"");
+    let named = |line: &str| line.contains(&id) && line.contains(name);
+    assert!(site.log().lines().any(named), "{}", site.log());
 
     let second = site.code("pi-1");
     let replaced = run(grideye_agent()

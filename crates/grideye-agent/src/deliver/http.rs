@@ -129,7 +129,8 @@ impl Post for Http {
                 self.body = Body::Json;
                 self.post(batch, timeout)
             }
-            Ok((UNAUTHORIZED, _)) if self.take_new_token() => self.post(batch, timeout),
+            // The collector refuses a token before it reads the body, which can look like a broken connection.
+            Ok((UNAUTHORIZED, _)) | Err(_) if self.take_new_token() => self.post(batch, timeout),
             Ok((_, posted)) => posted,
             Err(error) => Posted::Later {
                 is_unstored: is_before_sending(&error),
