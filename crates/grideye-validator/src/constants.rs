@@ -138,6 +138,8 @@ pub(crate) const WITHIN_M: f64 = 0.18;
 pub(crate) const GAIN_MIN: f64 = 0.1;
 /// A change that takes away this share of what the best does explains as much: the first in the table is named first.
 pub(crate) const AS_MUCH: f64 = 0.97;
+/// A change that takes away this share of what the best does is tried with the full verdict.
+pub(crate) const TRIED_SHARE: f64 = 0.5;
 /// What two changes must take away beyond one, as a share of what is left.
 pub(crate) const MORE_GAIN: f64 = 0.15;
 /// Share of what one more person explains that counts: who may go anywhere explains part of nearly everything.

@@ -7,10 +7,11 @@ use crate::decision::decide::How;
 use crate::decision::recording::Recording;
 use crate::decision::view::{Rendered, View};
 use crate::numbers::{single, whole};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use grideye_draw::text::fixed;
 use grideye_frame::{COLUMNS, ROWS as PIXEL_ROWS};
-use grideye_scene::{Laws, Pose, Scene, SceneError, Sensor};
+use grideye_scene::{Laws, Pose, Scene, SceneError, Sensor, Why};
+use std::f64::consts::FRAC_PI_2;
 
 /// What was compared.
 pub(crate) struct Compared<'a> {
@@ -23,8 +24,12 @@ pub(crate) struct Compared<'a> {
     pub(crate) start_s: f64,
     /// How much warmer than the scene a right recording may be, °C.
     pub(crate) level_max_c: f64,
+    /// How much warmer than the scene the recording is, °C.
+    pub(crate) level_c: f64,
     /// How many times the scene's contrast each subject has.
     pub(crate) contrasts: Vec<f64>,
+    /// Orientations in which the scene looks the same.
+    pub(crate) same: Vec<Orientation>,
 }
 
 /// What is changed.
@@ -136,7 +141,7 @@ pub(super) const ROWS: &[Row] = &[
     Row { kind: Kind::Place, number: once, starts: |_, _, _| AROUND.into(), steps: [0.25; 2], least: 0.2, says: |compared, change| {
         (format!("the sensor {}", change.along()), compared.pose_of(change))
     } },
-    Row { kind: Kind::Height, number: once, starts: alone, steps: [0.3, 0.0], least: 0.1, says: |compared, change| {
+    Row { kind: Kind::Height, number: once, starts: |_, _, _| [-0.8, 0.0, 0.8].map(|up_m| [up_m, 0.0]).into(), steps: [0.3, 0.0], least: 0.1, says: |compared, change| {
         let (by, word) = signed(change.by[0], 2, ["higher", "lower"]);
         (format!("the sensor is {by} m {word}"), compared.pose_of(change))
     } },
@@ -146,12 +151,15 @@ pub(super) const ROWS: &[Row] = &[
     Row { kind: Kind::Tilt, number: once, starts: alone, steps: [6.0; 2], least: 3.0, says: |compared, change| {
         (format!("the sensor is tilted by {}°", fixed(change.by[0].hypot(change.by[1]), 1)), compared.pose_of(change))
     } },
-    Row { kind: Kind::Room, number: once, starts: alone, steps: [3.0, 0.0], least: 1.0, says: |compared, change| {
+    Row { kind: Kind::Room, number: once, starts: |compared, _, _| vec![[0.0; 2], [compared.level_c, 0.0]], steps: [3.0, 0.0], least: 1.0, says: |compared, change| {
         let (by, word) = signed(change.by[0], 1, ["warmer", "colder"]);
-        let ambient_c = compared.scene.room().ambient_c + change.by[0];
-        (format!("the room is {by} °C {word}"), format!("set `ambient_c = {ambient_c:.1}`"))
+        let was_c = compared.scene.room().ambient_c;
+        let (ambient_c, read_c) = (was_c + change.by[0], (was_c - 32.0) / 1.8);
+        let is_fahrenheit = (read_c - ambient_c).abs() <= compared.level_max_c;
+        let read = if is_fahrenheit { format!("; {was_c} °F is {read_c:.1} °C") } else { String::new() };
+        (format!("the room is {by} °C {word}"), format!("set `ambient_c = {ambient_c:.1}`{read}"))
     } },
-    Row { kind: Kind::Object, number: |compared, _| compared.scene.objects().len().min(OBJECTS_MOST), starts: alone, steps: [4.0, 0.0], least: 1.5, says: |compared, change| {
+    Row { kind: Kind::Object, number: |compared, _| compared.scene.objects().len().min(OBJECTS_MOST), starts: in_view, steps: [4.0, 0.0], least: 1.5, says: |compared, change| {
         let object = &compared.scene.objects()[change.of];
         let (by, word) = signed(change.by[0], 1, ["warmer", "colder"]);
         let celsius = object.surface.celsius + change.by[0];
@@ -165,8 +173,9 @@ pub(super) const ROWS: &[Row] = &[
         let name = compared.person(change.of);
         (format!("`{name}` was not there"), format!("remove `{name}` from the scene, or say when they are there"))
     } },
-    Row { kind: Kind::More, number: |_, view| view.people.len().min(1), starts: alone, steps: [0.0; 2], least: 0.0, says: |_, _| {
-        ("one more person was there".to_owned(), "add an `[[agent]]`".to_owned())
+    Row { kind: Kind::More, number: |compared, view| usize::from(!view.people.is_empty() && !(0..compared.contrasts.len()).any(|of| compared.is_absent(of))), starts: alone, steps: [0.0; 2], least: 0.0, says: |_, change| {
+        let [x, y] = change.by.map(|m| fixed(1e3 * m, 0));
+        (format!("one more person was there, longest near [{x}, {y}] mm"), "add an `[[agent]]` there".to_owned())
     } },
 ];
 
@@ -191,8 +200,24 @@ fn delays(_: &Compared<'_>, _: usize, step_s: f64) -> Vec<[f64; 2]> {
 
 /// What is not there is not dressed otherwise.
 fn contrast(compared: &Compared<'_>, of: usize) -> Vec<[f64; 2]> {
-    let found = compared.contrasts.get(of).filter(|found| **found >= ABSENT);
+    let found = compared
+        .contrasts
+        .get(of)
+        .filter(|_| !compared.is_absent(of));
     found.map(|found| [*found, 0.0]).into_iter().collect()
+}
+
+/// No frame shows how warm an object out of view is.
+fn in_view(compared: &Compared<'_>, of: usize, _: f64) -> Vec<[f64; 2]> {
+    let name = &compared.scene.objects()[of].name;
+    let unseen = compared
+        .scene
+        .unseen_while(Some(compared.sensor), &|| false);
+    let mut unseen = unseen.iter().filter(|one| one.why == Why::HeatOutOfView);
+    match unseen.any(|one| one.name == *name) {
+        true => Vec::new(),
+        false => vec![[0.0; 2]],
+    }
 }
 
 /// A size, and the word for its sign.
@@ -357,6 +382,15 @@ impl Change {
                 let _ = agents.remove(self.of);
                 scene.with_bodies(scene.objects().to_vec(), agents)
             }
+            Kind::More => {
+                let mut agents = scene.agents().to_vec();
+                let (first, [x, y]) = (agents.first()?, self.by);
+                let place_m = DVec3::new(x, y, first.start_m.z);
+                let mut more = first.standing_at(place_m, DMat3::IDENTITY);
+                "one more".clone_into(&mut more.name);
+                agents.push(more);
+                scene.with_bodies(scene.objects().to_vec(), agents)
+            }
             _ => scene.clone(),
         };
         Some((changed, sensor.to_owned()))
@@ -368,10 +402,7 @@ impl Change {
         compared: &Compared<'_>,
         turned: Orientation,
     ) -> Result<Option<(Recording, View, Scene)>, SceneError> {
-        let Some((scene, sensor)) = self
-            .applied(compared.scene, compared.sensor)
-            .filter(|_| self.kind != Kind::More)
-        else {
+        let Some((scene, sensor)) = self.applied(compared.scene, compared.sensor) else {
             return Ok(None);
         };
         let mut recording = compared
@@ -402,6 +433,33 @@ fn others<'s>(scene: &'s Scene, sensor: &str) -> impl Iterator<Item = &'s Sensor
 }
 
 impl Compared<'_> {
+    /// Whether nothing is as warm where the scene has this subject.
+    pub(super) fn is_absent(&self, of: usize) -> bool {
+        self.contrasts.get(of).is_some_and(|found| *found < ABSENT)
+    }
+
+    /// Whether it is no other image to this sensor. Of a scene that looks the same mirrored, any mirror image is a turned one,
+    /// and those are how sensors are mounted.
+    pub(super) fn looks_the_same(&self, turned: Orientation) -> bool {
+        let has_mirror = self.same.iter().any(|same| same.is_mirrored());
+        self.same.contains(&turned) || turned.is_mirrored() && has_mirror
+    }
+
+    /// The azimuth of a sensor that looks straight down with which the scene's image lies like this.
+    pub(super) fn azimuth_of(&self, turned: Orientation) -> Option<f64> {
+        const STRAIGHT_RAD: f64 = 0.02;
+        let by_deg = match turned {
+            Orientation::QuarterClockwise => 90.0,
+            Orientation::Half => 180.0,
+            Orientation::QuarterCounterclockwise => -90.0,
+            _ => return None,
+        };
+        let pose = self.scene.sensor(self.sensor).ok()?.pose;
+        let is_down = (pose.elevation_rad - FRAC_PI_2).abs() < STRAIGHT_RAD;
+        let azimuth_deg = pose.azimuth_rad.to_degrees() + by_deg;
+        is_down.then_some(180.0 - (180.0 - azimuth_deg).rem_euclid(360.0))
+    }
+
     fn person(&self, number: usize) -> &str {
         self.scene
             .agents()

@@ -3,7 +3,7 @@
 use crate::advice::change::{Compared, Kind};
 use crate::advice::search::{Search, Tried};
 use crate::align::Orientation;
-use crate::constants::{AS_MUCH, GAIN_MIN, MORE_GAIN, MORE_SHARE};
+use crate::constants::{AS_MUCH, GAIN_MIN, MORE_GAIN, MORE_SHARE, TRIED_SHARE};
 use crate::decision::decide::decide;
 use crate::decision::view::{Rendered, View};
 use grideye_draw::text::{fixed, upper};
@@ -16,67 +16,98 @@ pub(crate) struct Remedy {
     pub(crate) step: String,
 }
 
-/// Changes that are named.
+/// Changes that are named, and changes that are tried.
 const NAMED: usize = 3;
+const TRIED: usize = 4;
 
-/// What takes most of the difference away, and whether the scene then agrees. What was rendered is left for the next.
+/// What makes the scene agree, and else what takes most of the difference away. What was rendered is left for the next.
 pub(crate) fn remedy(
     compared: &Compared<'_>,
     view: View,
     rendered: &mut Rendered,
 ) -> Result<Option<Remedy>, SceneError> {
     let mut search = Search::new(compared, view)?;
+    let found = found(compared, &mut search);
+    *rendered = search.into_rendered();
+    found
+}
+
+fn found(compared: &Compared<'_>, search: &mut Search<'_>) -> Result<Option<Remedy>, SceneError> {
     let own = search.own;
     let most = (own.left - search.noise()).max(1.0);
-    let gain = |tried: &Tried| {
-        let share = ((own.left - tried.left) / most).clamp(0.0, 1.0);
-        match tried.change.kind {
-            Kind::More => MORE_SHARE * share,
-            _ => share,
-        }
+    let share = |one: &Tried| (own.left - one.left) / most;
+    // Against what agrees when tried.
+    let gain = |one: &Tried| match one.change.kind {
+        Kind::More => MORE_SHARE * share(one).min(1.0),
+        _ => share(one).min(1.0),
     };
+    let possible = compared.possible(&own, &search.tried).into_iter();
+    let possible =
+        possible.filter(|one| !one.change.is_usual() && !compared.looks_the_same(one.turned));
     let is_of_two =
         |one: &Tried| one.turned != Orientation::Upright && one.change.kind != Kind::None;
-    let mut singles = compared.possible(&own, &search.tried);
-    singles.retain(|one| !is_of_two(one) && !one.change.is_usual() && gain(one) >= GAIN_MIN);
+    let (twos, mut singles): (Vec<Tried>, Vec<Tried>) = possible.partition(is_of_two);
+    // A person who stands explains little of a recording, for any unit's pattern may be as warm.
+    let is_absent =
+        |one: &Tried| one.change.kind == Kind::Without && compared.is_absent(one.change.of);
+    singles.retain(|one| gain(one) >= GAIN_MIN || is_absent(one));
     singles.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
     let mut kinds = Vec::new();
     singles.retain(|one| {
-        let kind = (
-            one.change.kind,
-            one.change.of,
-            one.turned != Orientation::Upright,
-        );
+        let kind = (one.change.kind, one.change.of);
         let is_new = !kinds.contains(&kind);
         kinds.push(kind);
         is_new
     });
-    let Some(best) = singles.first().copied() else {
-        *rendered = search.into_rendered();
+    let Some(best) = singles.first().map(gain) else {
         return Ok(None);
     };
-    let as_much = singles
-        .iter()
-        .take_while(|one| gain(one) >= AS_MUCH * gain(&best))
-        .count();
-    singles[..as_much].sort_by_key(|one| one.change.order());
-    let twos = compared.possible(&own, &search.tried).into_iter();
-    let two = twos
-        .filter(|one| is_of_two(one) && !one.change.is_usual())
-        .min_by(|a, b| a.left.total_cmp(&b.left));
+    let is_first = |one: &Tried| gain(one) >= AS_MUCH * best || is_absent(one);
+    singles.sort_by_key(|one| {
+        if is_first(one) {
+            one.change.order()
+        } else {
+            usize::MAX
+        }
+    });
+    let is_tried = |one: &&Tried| gain(one) >= TRIED_SHARE * best || is_absent(one);
+    for (index, one) in singles.iter().filter(is_tried).take(TRIED).enumerate() {
+        if compared.agrees_with(one)? {
+            // What was tried before does not agree.
+            let others = singles[index + 1..]
+                .iter()
+                .filter(|other| gain(other) >= AS_MUCH * best);
+            let all: Vec<Tried> = std::iter::once(one)
+                .chain(others)
+                .take(NAMED)
+                .copied()
+                .collect();
+            return Ok(Some(compared.told(&all, share, true)));
+        }
+    }
+    singles.sort_by(|a, b| share(b).total_cmp(&share(a)));
+    let best = singles[0];
+    let as_much = |one: &Tried| share(one) >= AS_MUCH * share(&best);
+    singles.sort_by_key(|one| {
+        if as_much(one) {
+            one.change.order()
+        } else {
+            usize::MAX
+        }
+    });
+    singles.truncate(NAMED);
+    let two = twos.into_iter().min_by(|a, b| a.left.total_cmp(&b.left));
     if let Some(two) = two {
         let two = search.halved(two)?;
         if !two.change.is_usual() && gain(&two) > gain(&best) + MORE_GAIN * (1.0 - gain(&best)) {
+            if compared.agrees_with(&two)? {
+                return Ok(Some(compared.told(&[two], share, true)));
+            }
             singles.insert(0, two);
+            singles.truncate(NAMED);
         }
     }
-    singles.truncate(NAMED);
-    *rendered = search.into_rendered();
-    let is_agreed = compared.agrees_with(&singles[0])?;
-    let first = singles[0];
-    // What explains less than what agrees is of no interest.
-    singles.retain(|one| !is_agreed || gain(one) >= AS_MUCH * gain(&first));
-    Ok(Some(compared.told(&singles, gain, is_agreed)))
+    Ok(Some(compared.told(&singles, share, false)))
 }
 
 impl Compared<'_> {
@@ -109,7 +140,12 @@ impl Compared<'_> {
     fn parts(&self, tried: &Tried) -> Vec<(String, String)> {
         let turned = (tried.turned != Orientation::Upright).then(|| {
             let what = format!("the image is {}", tried.turned);
-            (what, "compare with `--align orientation`".to_owned())
+            let how = "compare with `--align orientation`".to_owned();
+            let is_alone = tried.change.kind == Kind::None;
+            let azimuth_deg = self.azimuth_of(tried.turned).filter(|_| is_alone);
+            let pose = azimuth_deg
+                .map(|degrees| format!("set `azimuth_deg = {degrees:.0}` of the sensor, or {how}"));
+            (what, pose.unwrap_or(how))
         });
         let change = (tried.change.kind != Kind::None).then(|| tried.change.says(self));
         turned.into_iter().chain(change).collect()
@@ -118,25 +154,28 @@ impl Compared<'_> {
     pub(super) fn told(
         &self,
         all: &[Tried],
-        gain: impl Fn(&Tried) -> f64,
+        share: impl Fn(&Tried) -> f64,
         is_agreed: bool,
     ) -> Remedy {
         let in_words = |one: &Tried| {
             let (whats, hows): (Vec<String>, Vec<String>) = self.parts(one).into_iter().unzip();
-            let percent = fixed(100.0 * gain(one), 0);
-            (whats.join(" and "), hows.join(", and "), percent)
+            let part = match fixed(100.0 * share(one).clamp(0.0, 1.0), 0).as_str() {
+                "100" if !is_agreed => "nearly all".to_owned(),
+                percent => format!("{percent} %"),
+            };
+            (whats.join(" and "), hows.join(", and "), part)
         };
-        let (what, how, percent) = in_words(&all[0]);
+        let (what, how, part) = in_words(&all[0]);
         let others = all[1..].iter().map(|one| {
-            let (what, how, percent) = in_words(one);
-            format!(" Less likely, {what} ({percent} % of the difference): {how}.")
+            let (what, how, part) = in_words(one);
+            format!(" Less likely, {what} ({part} of the difference): {how}.")
         });
         let then = match is_agreed {
             true => "the scene then agrees",
             false => "the scene then comes nearest, but no single change makes it agree",
         };
         Remedy {
-            found: format!("Most likely {what}, which explains {percent} % of the difference."),
+            found: format!("Most likely {what}, which explains {part} of the difference."),
             step: format!("{}: {then}.{}", upper(&how), others.collect::<String>()),
         }
     }

@@ -46,15 +46,17 @@ struct Shown {
     subject: Vec<Image>,
     /// What its freedom costs.
     cost: f64,
+    /// Where somebody more is longest, meters.
+    more_at_m: Option<[f64; 2]>,
 }
 
 impl Shown {
     fn free((room, subject): (Vec<Image>, Vec<Image>)) -> Self {
-        let cost = 0.0;
         Self {
             room,
             subject,
-            cost,
+            cost: 0.0,
+            more_at_m: None,
         }
     }
 }
@@ -213,10 +215,11 @@ impl<'a> Search<'a> {
     }
 
     /// A change in all orientations.
-    fn try_out(&mut self, change: Change) -> Result<(), SceneError> {
+    fn try_out(&mut self, mut change: Change) -> Result<(), SceneError> {
         let Some(shown) = self.shown(&change)? else {
             return Ok(());
         };
+        change.by = shown.more_at_m.unwrap_or(change.by);
         let sd = self.compared.laws.agents.first();
         let sd = sd.map_or(OBJECTS_SD, |law| law.contrast_sd).max(0.05);
         let [low, high] = [-FREE_SDS, FREE_SDS].map(|sds| (sds * sd).exp());
@@ -333,31 +336,67 @@ impl<'a> Search<'a> {
 
     /// Somebody like the first person, who goes where the rest of each picture is warm.
     fn with_more(&mut self, shown: &mut Shown) {
-        let Some(walker) = self.reel.people.first_mut() else {
+        let Some(walker) = self.reel.people.first() else {
             return;
         };
         let places = walker.places.iter();
         let (x, y): (Vec<f64>, Vec<f64>) = places.map(|place| (place.0, place.1)).unzip();
-        let middle = [x, y].map(|all| median(&all).unwrap_or(0.0));
-        let steps = whole(MORE_MAX_M / MORE_STEP_M);
-        let mut looks = vec![[0.0; PIXELS]];
-        for step_x in -steps..=steps {
-            for step_y in -steps..=steps {
-                let by_m = [step_x, step_y].map(|step| MORE_STEP_M * f64::from(step));
-                looks.push(walker.standing([middle[0] + by_m[0], middle[1] + by_m[1]], 0));
-            }
-        }
+        let middle_m = [x, y].map(|all| median(&all).unwrap_or(0.0));
         let rest = each_less(&self.pictures[0].1, &shown.room);
         let rest = each_less(&rest, &shown.subject);
+        let (places_m, looks) = self.looks(middle_m, MORE_MAX_M, MORE_STEP_M);
         let path = path(&self.gains(&rest, &looks), MORE_COST);
         let moves = path.windows(2).filter(|pair| pair[0] != pair[1]).count();
         shown.cost = MORE_COST * count(1 + moves);
+        let at = |place: usize| path.iter().filter(move |look| **look == place);
+        let longest = (0..places_m.len()).max_by_key(|place| at(place + 1).count());
+        if let Some(longest) = longest.filter(|longest| at(longest + 1).next().is_some()) {
+            let there = rest
+                .iter()
+                .zip(&path)
+                .filter(|(_, look)| **look == longest + 1);
+            let there: Vec<Image> = there.map(|(rest, _)| *rest).collect();
+            shown.more_at_m = self.nearest(places_m[longest], &there);
+        }
         let more: Vec<Image> = path.into_iter().map(|look| looks[look]).collect();
         let template = self.noise.template(&more);
         let times = template.product(&rest) / template.square.max(1.0);
         for (room, more) in shown.room.iter_mut().zip(&more) {
             add(room, more, single(times.clamp(0.4, 2.5)));
         }
+    }
+
+    /// The places of the room around one, and what the first person shows: nowhere, then at each.
+    fn looks(
+        &mut self,
+        middle_m: [f64; 2],
+        most_m: f64,
+        step_m: f64,
+    ) -> (Vec<[f64; 2]>, Vec<Image>) {
+        let steps = whole(most_m / step_m);
+        let all = (-steps..=steps).flat_map(|x| (-steps..=steps).map(move |y| [x, y]));
+        let at = |[x, y]: [i32; 2]| {
+            let [by_x, by_y] = [x, y].map(|step| step_m * f64::from(step));
+            [middle_m[0] + by_x, middle_m[1] + by_y]
+        };
+        let size_m = self.compared.scene.room().size_m;
+        let is_inside =
+            |[x, y]: &[f64; 2]| (0.0..size_m.x).contains(x) && (0.0..size_m.y).contains(y);
+        let places_m: Vec<[f64; 2]> = all.map(at).filter(is_inside).collect();
+        let walker = &mut self.reel.people[0];
+        let shown = places_m.iter().map(|place_m| walker.standing(*place_m, 0));
+        let looks = std::iter::once([0.0; PIXELS]).chain(shown).collect();
+        (places_m, looks)
+    }
+
+    /// The place near this one, to a tenth of a meter, that explains most of these pictures.
+    fn nearest(&mut self, place_m: [f64; 2], rest: &[Image]) -> Option<[f64; 2]> {
+        let tenth = place_m.map(|m| (10.0 * m).round() / 10.0);
+        let (places_m, looks) = self.looks(tenth, 0.25, 0.1);
+        let gains = self.gains(rest, &looks);
+        let sum = |place: usize| gains.iter().map(|gains| gains[place + 1]).sum::<f64>();
+        let best = (0..places_m.len()).max_by(|a, b| sum(*a).total_cmp(&sum(*b)));
+        best.map(|best| places_m[best])
     }
 
     /// What each look explains of each picture, in squared standard deviations.

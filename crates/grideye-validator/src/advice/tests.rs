@@ -84,6 +84,8 @@ pub(crate) fn remedies() -> Vec<String> {
         },
         start_s: 2.0,
         level_max_c: 2.5,
+        level_c: 3.0,
+        same: Vec::new(),
         contrasts: vec![1.0; 2],
         scene: &scene,
     };

@@ -24,6 +24,9 @@ pub const FILM_FRAMES_MAX: usize = 6;
 pub struct Settings {
     #[serde(skip)]
     pub protocol: Protocol,
+    /// The scene's model, as its file has it; empty without a scene.
+    #[serde(skip)]
+    pub model: &'static str,
     /// Ambient temperature of the scene and of the blank frame, °C.
     pub ambient_c: f64,
     /// The sensor's step, °C, above zero.
@@ -47,6 +50,7 @@ impl Settings {
     pub fn new(protocol: Protocol, ambient_c: f64, step_c: f64) -> Self {
         Self {
             protocol,
+            model: "",
             ambient_c,
             step_c,
             binning: Binning::GREY_256,

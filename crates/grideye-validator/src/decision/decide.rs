@@ -8,7 +8,7 @@ use crate::decision::spread::{Spread, Statistic, is_outside, one_in_a_hundred};
 use crate::decision::view::{Image, View, add, each_less};
 use crate::decision::world::{Drawn, Looks, World, looks};
 use crate::names::named;
-use crate::numbers::count;
+use crate::numbers::{count, index};
 use grideye_scene::Laws;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -30,7 +30,7 @@ pub struct Decision {
     /// Lowest and highest.
     pub delay_range_s: [f64; 2],
     /// The smallest of [`OFFSETS_M`] by which the first person must be aside so that nine of ten recordings would not
-    /// agree; `None` if none of them is.
+    /// agree; `None` if none of them is, or if right ones mostly would not.
     pub refused_aside_m: Option<f64>,
     /// What else the recording could show.
     pub alternatives: Vec<Alternatively>,
@@ -242,7 +242,9 @@ pub(crate) fn decide(
     };
     let are_asked = !worlds.view.people.is_empty() && !how.is_brief;
     let mut offsets = OFFSETS_M.into_iter().filter(|_| are_asked);
-    let refused_aside_m = offsets.find(|aside_m| worlds.refuse_aside(*aside_m, &is_agreed));
+    let refused_aside_m = offsets.find(|aside_m| worlds.agree_aside(*aside_m, &is_agreed, 0.1));
+    // A recording too short to agree where the scene is right notices nothing.
+    let refused_aside_m = refused_aside_m.filter(|_| !worlds.agree_aside(0.0, &is_agreed, 0.5));
     let nobody = alternatives
         .iter()
         .find(|one| one.of == Alternative::Nobody);
@@ -463,8 +465,13 @@ impl<'a> Worlds<'a> {
         shown
     }
 
-    /// Whether nine of ten recordings of the first person this far aside, in all directions, would not agree.
-    fn refuse_aside(&mut self, aside_m: f64, is_agreed: &impl Fn(&Statistics) -> bool) -> bool {
+    /// Whether at most this share of recordings of the first person this far aside, in all directions, would agree.
+    fn agree_aside(
+        &mut self,
+        aside_m: f64,
+        is_agreed: &impl Fn(&Statistics) -> bool,
+        most: f64,
+    ) -> bool {
         let number = self.errors.len().min(OF_OFFSET);
         let agreed = (0..number).filter(|index| {
             let angle = std::f64::consts::TAU * count(*index) / count(number);
@@ -475,7 +482,7 @@ impl<'a> Worlds<'a> {
             is_agreed(&self.model.of(&recorded))
         });
         // Most offsets are not refused: one too many that agree is enough to know.
-        let most = number / 10;
+        let most = index(most * count(number));
         agreed.take(most + 1).count() <= most
     }
 }

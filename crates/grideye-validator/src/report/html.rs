@@ -109,6 +109,7 @@ fn facts(comparison: &Comparison, context: &Context) -> String {
     let facts = [
         ("Scene", context.scene.clone()),
         ("Recording", context.recording.clone()),
+        ("Model", comparison.settings.model.to_owned()),
         ("Sensor", context.sensor.clone()),
         ("Protocol", protocol),
         ("Recording minus scene", format!("{offset} °C overall")),
@@ -117,6 +118,7 @@ fn facts(comparison: &Comparison, context: &Context) -> String {
     ];
     let items: String = facts
         .iter()
+        .filter(|(_, fact)| !fact.is_empty())
         .map(|(name, fact)| format!("<div><dt>{name}</dt><dd>{}</dd></div>\n", escape(fact)))
         .collect();
     format!("<dl class=\"facts\">\n{items}</dl>\n")

@@ -27,7 +27,7 @@ pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
          <th scope=\"col\">Floor: shuffled,<br>mean (best 5 %)</th>\
          <th scope=\"col\">Ceiling:<br>own repeat</th>\
          {papers}</tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n\
-         <details><summary>How to read the table</summary><p>The ceiling counts the sensor's noise once in C, RMSE and \
+         <details><summary>How to read the table</summary><p>H of the simulation is higher, as its values have no steps. The ceiling counts the sensor's noise once in C, RMSE and \
          centroid, twice elsewhere. A value can exceed it, for example if something moved before the repeat; its \
          skill is then 1. A skill of “{UNDEFINED}” means that the ceiling is no better than chance: here this measure tells \
          nothing.</p></details>\n",

@@ -9,7 +9,9 @@ use crate::align::{
 };
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
-use crate::decision::{Alternative, Decision, How, Image, Recording, Rendered, View, decide};
+use crate::decision::{
+    Alternative, Decision, Finding, How, Image, Recording, Rendered, View, decide,
+};
 use crate::error::{ValidatorError, check_resolution, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
@@ -28,7 +30,7 @@ use crate::scene_comparison::types::{
 use crate::verdict::types::Prior;
 use grideye_frame::{PIXELS, TICK};
 use grideye_recording::Record;
-use grideye_scene::{Scene, Simulator};
+use grideye_scene::{Model, Scene, Simulator};
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
@@ -93,15 +95,22 @@ pub(super) fn compared(
     let laws = scene.laws().source.into_iter();
     notes.extend(laws.map(|law| format!("The scene leaves open: {law}.")));
     notes.push(protocol_note(protocol, scene));
+    notes.extend(notes::model(scene));
     let noise_c = simulator.sensor().noise_sigma;
     notes.push(format!(
         "The simulated noise has the seed {noise_seed} and σ {noise_c:.2} °C."
     ));
-    let settings = settings(simulator, protocol, lag_frames, options);
+    let settings = settings((scene, simulator), protocol, lag_frames, options);
     let left_out = aligned.found.left_out.iter();
     let torn = left_out.filter(|one| one.reason == LeftOut::Torn);
     let prior = Prior {
         torn_frames: torn.map(|one| one.rows).sum(),
+        left_out: aligned
+            .found
+            .left_out
+            .iter()
+            .copied()
+            .max_by_key(|one| one.rows),
         has_people: !scene.agents().is_empty(),
         drift_c: drift_c(&aligned, &decision, options),
         decision: Some(decision),
@@ -184,12 +193,17 @@ fn decided(
         unit.level_c(&options.thresholds)
     });
     // Where nobody is, no change of the scene's people is the cause.
-    let asks = view.level_c(&recording.pictures).abs() > level_max_c
-        || decision.is_refused(right_min) && !decision.is_empty;
+    let level_c = view.level_c(&recording.pictures);
+    let asks = level_c.abs() > level_max_c || decision.is_refused(right_min) && !decision.is_empty;
     if !(options.advises && asks) {
         *rendered = view.into_rendered();
         return Ok((decision, None));
     }
+    let same = decision.found(Finding::Same);
+    let same = same.filter_map(|one| match one.of {
+        Alternative::Turned(orientation) => Some(orientation),
+        _ => None,
+    });
     let compared = Compared {
         scene,
         sensor,
@@ -201,6 +215,8 @@ fn decided(
         },
         start_s: aligned.timeline.start_s(),
         level_max_c,
+        level_c,
+        same: same.collect(),
         contrasts: decision.contrasts.iter().map(|one| one.found).collect(),
     };
     let remedy = remedy(&compared, view, rendered)?;
@@ -458,7 +474,7 @@ fn protocol_note(protocol: Protocol, scene: &Scene) -> String {
 }
 
 fn settings(
-    simulator: &Simulator,
+    (scene, simulator): (&Scene, &Simulator),
     protocol: Protocol,
     lag_frames: usize,
     options: &Options,
@@ -476,6 +492,11 @@ fn settings(
         shuffles: options.shuffles,
         seed: options.seed,
         thresholds: options.thresholds,
+        model: match scene.model() {
+            Model::Paper => "paper",
+            Model::PaperGrid => "paper-grid",
+            Model::Physical => "physical",
+        },
         ..defaults
     }
 }

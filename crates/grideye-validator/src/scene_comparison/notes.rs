@@ -3,18 +3,25 @@
 use crate::align::{
     Alignment, OFFSET_MAX_PX, OffsetFound, Orientation, OrientationFound, TimeAlignment, TimeFound,
 };
-use crate::frames::RoomSource;
 use crate::frames::timeline::{Joined, Timeline};
+use crate::frames::{LeftOut, RoomSource};
 use crate::report::text::with_error;
 use crate::scene_comparison::types::{LearnedRoom, Options};
 use crate::verdict::types::KnownPattern;
 use grideye_draw::text::fixed;
 use grideye_recording::{Record, level};
+use grideye_scene::{Model, Scene};
 
 pub(crate) fn alignment(found: &Alignment, rows: usize, timeline: &Timeline) -> Vec<String> {
     let left_out = found.left_out.iter().map(|left| {
         let (left_out, reason, first) = (left.rows, left.reason, left.first_seq);
-        format!("Left out {left_out} of {rows} rows ({reason}); the first is {first}.")
+        let hint = match left.reason {
+            LeftOut::OutsideScene => {
+                " Give the last waypoint a longer `dwell_s` if people stay there."
+            }
+            _ => "",
+        };
+        format!("Left out {left_out} of {rows} rows ({reason}); the first is {first}.{hint}")
     });
     let mut notes: Vec<String> = left_out.collect();
     if found.drift_c > 0.0 {
@@ -30,6 +37,14 @@ pub(crate) fn alignment(found: &Alignment, rows: usize, timeline: &Timeline) -> 
     }
     notes.extend(found.offset.as_ref().and_then(offset));
     notes
+}
+
+/// A scene of the paper is to be as the paper has it.
+pub(crate) fn model(scene: &Scene) -> Option<String> {
+    let is_of_sensor = scene.model() == Model::Physical || scene.paper_experiment().is_some();
+    (!is_of_sensor).then(|| {
+        "The scene has the paper's model; for a real sensor set `model = \"physical\"`.".to_owned()
+    })
 }
 
 /// The warning of values that are hardly degrees Celsius.
@@ -87,7 +102,7 @@ fn time(time: &TimeFound) -> Vec<String> {
     );
     if time.at_bound {
         return vec![format!(
-            "The best alignment of time lies beyond the bounds, so none was applied: {likeness}. If you know that the recording starts earlier or later than the scene, or that its clock is off by more, allow it with --max-shift or --max-rate."
+            "The best alignment of time lies beyond the bounds, so none was applied: {likeness}. If you know that the recording starts earlier or later than the scene, or that its clock is off by more, allow it with --max-shift or --max-rate. The scores depend on it, the verdict does not."
         )];
     }
     if !time.applied {

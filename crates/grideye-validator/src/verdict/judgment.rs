@@ -23,11 +23,20 @@ pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgmen
     let remedy = remedy.filter(|_| verdict == Verdict::Disagrees);
     let remedy = remedy.map(|remedy| (remedy.found.as_str(), remedy.step.as_str()));
     let decisive = criteria.iter().filter(|one| decides(verdict, one));
-    let decisive = decisive.map(|one| (one.sentence.as_str(), one.next_step.as_str()));
-    let reasons: Vec<(&str, &str)> = remedy.into_iter().chain(decisive).collect();
-    let (found, next_step) = reasons.first().copied().unwrap_or_default();
+    let decisive = decisive.map(|one| match (remedy, one.name) {
+        // What a change mends is no second cause.
+        (Some(_), "right" | "contrast") => {
+            let found = format!("Without that change, {}", lower(&one.sentence));
+            (found, "")
+        }
+        _ => (one.sentence.clone(), one.next_step.as_str()),
+    });
+    let remedy = remedy.map(|(found, step)| (found.to_owned(), step));
+    let reasons: Vec<(String, &str)> = remedy.into_iter().chain(decisive).collect();
+    let first = reasons.first();
+    let (found, next_step) = first.map_or(("", ""), |(found, step)| (found.as_str(), *step));
     // The same step is said once.
-    let in_words = |(index, (found, step)): (usize, &(&str, &str))| {
+    let in_words = |(index, (found, step)): (usize, &(String, &str))| {
         let is_new = reasons[..index].iter().all(|before| before.1 != *step);
         let step = if is_new { step } else { "" };
         format!("{found} {step}").trim_end().to_owned()
@@ -52,11 +61,15 @@ fn headline(verdict: Verdict, found: &str, evidence: &Evidence<'_>) -> String {
         None => frames(evidence.prior.recorded_frames.max(compared)),
         Some(share) => format!("{} that the scene was not fitted to", frames(share.rest())),
     };
+    let left_out = evidence.prior.left_out;
+    let why = left_out.filter(|one| 10 * one.rows >= evidence.prior.recorded_frames);
+    let why = why.map(|one| format!("; {} were left out: {}", one.rows, one.reason));
+    let why = why.filter(|_| apart.is_none()).unwrap_or_default();
     let turned = match evidence.prior.turned {
         Orientation::Upright => String::new(),
         turned => format!(" The image, which is {turned}, was turned back, as requested."),
     };
-    format!("{title}: {found}Based on {compared} of {all}.{turned}")
+    format!("{title}: {found}Based on {compared} of {all}{why}.{turned}")
 }
 
 /// What a scene that agrees has shown. That a sensor is sound is no reason to believe a scene.

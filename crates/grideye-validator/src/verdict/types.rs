@@ -3,8 +3,8 @@
 use crate::advice::Remedy;
 use crate::align::Orientation;
 use crate::decision::Decision;
-use crate::frames::RoomSource;
 use crate::frames::fitted::FittedShare;
+use crate::frames::{LeftOutCount, RoomSource};
 use crate::names::named;
 use grideye_draw::text::frames;
 use serde::Serialize;
@@ -63,6 +63,8 @@ pub(crate) struct Prior {
     pub(crate) recorded_frames: usize,
     /// Those of them that are torn, and so left out.
     pub(crate) torn_frames: usize,
+    /// What was left out most.
+    pub(crate) left_out: Option<LeftOutCount>,
     /// The largest common offset that this unit's profile allows, °C.
     pub(crate) level_c: Option<f64>,
     pub(crate) sensor: Vec<Criterion>,
