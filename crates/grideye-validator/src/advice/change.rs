@@ -49,7 +49,8 @@ pub(crate) enum Kind {
     Height,
     Azimuth,
     Tilt,
-    /// The temperature of the room, and of one object.
+    /// The unit of the room's temperature, that temperature, and that of one object.
+    Fahrenheit,
     Room,
     Object,
     /// One person's place and warmth, and whether they are there.
@@ -151,13 +152,14 @@ pub(super) const ROWS: &[Row] = &[
     Row { kind: Kind::Tilt, number: once, starts: alone, steps: [6.0; 2], least: 3.0, says: |compared, change| {
         (format!("the sensor is tilted by {}°", fixed(change.by[0].hypot(change.by[1]), 1)), compared.pose_of(change))
     } },
+    Row { kind: Kind::Fahrenheit, number: |compared, _| usize::from((compared.fahrenheit_c() - compared.level_c).abs() <= compared.level_max_c), starts: |compared, _, _| vec![[compared.fahrenheit_c(), 0.0]], steps: [0.0; 2], least: 0.0, says: |compared, change| {
+        let was = compared.scene.room().ambient_c;
+        ("the scene's `ambient_c` is in degrees Fahrenheit".to_owned(), format!("set `ambient_c = {:.1}`, which is {was} °F", was + change.by[0]))
+    } },
     Row { kind: Kind::Room, number: once, starts: |compared, _, _| vec![[0.0; 2], [compared.level_c, 0.0]], steps: [3.0, 0.0], least: 1.0, says: |compared, change| {
         let (by, word) = signed(change.by[0], 1, ["warmer", "colder"]);
-        let was_c = compared.scene.room().ambient_c;
-        let (ambient_c, read_c) = (was_c + change.by[0], (was_c - 32.0) / 1.8);
-        let is_fahrenheit = (read_c - ambient_c).abs() <= compared.level_max_c;
-        let read = if is_fahrenheit { format!("; {was_c} °F is {read_c:.1} °C") } else { String::new() };
-        (format!("the room is {by} °C {word}"), format!("set `ambient_c = {ambient_c:.1}`{read}"))
+        let ambient_c = compared.scene.room().ambient_c + change.by[0];
+        (format!("the room is {by} °C {word}"), format!("set `ambient_c = {ambient_c:.1}`"))
     } },
     Row { kind: Kind::Object, number: |compared, _| compared.scene.objects().len().min(OBJECTS_MOST), starts: in_view, steps: [4.0, 0.0], least: 1.5, says: |compared, change| {
         let object = &compared.scene.objects()[change.of];
@@ -371,7 +373,7 @@ impl Change {
                 }
                 scene.with_sensors(sensors)
             }
-            Kind::Room => scene.in_warmer_room(self.by[0]),
+            Kind::Fahrenheit | Kind::Room => scene.in_warmer_room(self.by[0]),
             Kind::Object => {
                 let mut objects = scene.objects().to_vec();
                 objects.get_mut(self.of)?.surface.celsius += self.by[0];
@@ -433,6 +435,12 @@ fn others<'s>(scene: &'s Scene, sensor: &str) -> impl Iterator<Item = &'s Sensor
 }
 
 impl Compared<'_> {
+    /// How much warmer the room is than the scene's if that is in degrees Fahrenheit, °C.
+    fn fahrenheit_c(&self) -> f64 {
+        let was = self.scene.room().ambient_c;
+        (was - 32.0) / 1.8 - was
+    }
+
     /// Whether nothing is as warm where the scene has this subject.
     pub(super) fn is_absent(&self, of: usize) -> bool {
         self.contrasts.get(of).is_some_and(|found| *found < ABSENT)
@@ -456,7 +464,7 @@ impl Compared<'_> {
         };
         let pose = self.scene.sensor(self.sensor).ok()?.pose;
         let is_down = (pose.elevation_rad - FRAC_PI_2).abs() < STRAIGHT_RAD;
-        let azimuth_deg = pose.azimuth_rad.to_degrees() + by_deg;
+        let azimuth_deg = (pose.azimuth_rad.to_degrees() + by_deg).round();
         is_down.then_some(180.0 - (180.0 - azimuth_deg).rem_euclid(360.0))
     }
 

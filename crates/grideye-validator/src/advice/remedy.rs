@@ -32,14 +32,33 @@ pub(crate) fn remedy(
     found
 }
 
+/// The difference between recording and scene, beyond noise, in squared standard deviations.
+struct Difference {
+    own: f64,
+    most: f64,
+}
+
+impl Difference {
+    /// Share of it that a change takes away; more than all if noise goes too.
+    fn share(&self, one: &Tried) -> f64 {
+        (self.own - one.left) / self.most
+    }
+
+    /// The same as it counts against what agrees when tried.
+    fn gain(&self, one: &Tried) -> f64 {
+        let share = self.share(one).min(1.0);
+        match one.change.kind {
+            Kind::More => MORE_SHARE * share,
+            _ => share,
+        }
+    }
+}
+
 fn found(compared: &Compared<'_>, search: &mut Search<'_>) -> Result<Option<Remedy>, SceneError> {
     let own = search.own;
-    let most = (own.left - search.noise()).max(1.0);
-    let share = |one: &Tried| (own.left - one.left) / most;
-    // Against what agrees when tried.
-    let gain = |one: &Tried| match one.change.kind {
-        Kind::More => MORE_SHARE * share(one).min(1.0),
-        _ => share(one).min(1.0),
+    let difference = Difference {
+        own: own.left,
+        most: (own.left - search.noise()).max(1.0),
     };
     let possible = compared.possible(&own, &search.tried).into_iter();
     let possible =
@@ -47,67 +66,42 @@ fn found(compared: &Compared<'_>, search: &mut Search<'_>) -> Result<Option<Reme
     let is_of_two =
         |one: &Tried| one.turned != Orientation::Upright && one.change.kind != Kind::None;
     let (twos, mut singles): (Vec<Tried>, Vec<Tried>) = possible.partition(is_of_two);
-    // A person who stands explains little of a recording, for any unit's pattern may be as warm.
-    let is_absent =
-        |one: &Tried| one.change.kind == Kind::Without && compared.is_absent(one.change.of);
-    singles.retain(|one| gain(one) >= GAIN_MIN || is_absent(one));
-    singles.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
-    let mut kinds = Vec::new();
-    singles.retain(|one| {
-        let kind = (one.change.kind, one.change.of);
-        let is_new = !kinds.contains(&kind);
-        kinds.push(kind);
-        is_new
-    });
-    let Some(best) = singles.first().map(gain) else {
+    if let Some(agreed) = compared.agreed(&mut singles, &difference)? {
+        return Ok(Some(agreed));
+    }
+    let share = |one: &Tried| difference.share(one);
+    singles.retain(|one| share(one) >= GAIN_MIN);
+    likeliest_first(&mut singles, share, |_| false);
+    let Some(best) = singles.first().map(|one| difference.gain(one)) else {
         return Ok(None);
     };
-    let is_first = |one: &Tried| gain(one) >= AS_MUCH * best || is_absent(one);
-    singles.sort_by_key(|one| {
-        if is_first(one) {
-            one.change.order()
-        } else {
-            usize::MAX
-        }
-    });
-    let is_tried = |one: &&Tried| gain(one) >= TRIED_SHARE * best || is_absent(one);
-    for (index, one) in singles.iter().filter(is_tried).take(TRIED).enumerate() {
-        if compared.agrees_with(one)? {
-            // What was tried before does not agree.
-            let others = singles[index + 1..]
-                .iter()
-                .filter(|other| gain(other) >= AS_MUCH * best);
-            let all: Vec<Tried> = std::iter::once(one)
-                .chain(others)
-                .take(NAMED)
-                .copied()
-                .collect();
-            return Ok(Some(compared.told(&all, share, true)));
-        }
-    }
-    singles.sort_by(|a, b| share(b).total_cmp(&share(a)));
-    let best = singles[0];
-    let as_much = |one: &Tried| share(one) >= AS_MUCH * share(&best);
-    singles.sort_by_key(|one| {
-        if as_much(one) {
-            one.change.order()
-        } else {
-            usize::MAX
-        }
-    });
-    singles.truncate(NAMED);
     let two = twos.into_iter().min_by(|a, b| a.left.total_cmp(&b.left));
     if let Some(two) = two {
         let two = search.halved(two)?;
-        if !two.change.is_usual() && gain(&two) > gain(&best) + MORE_GAIN * (1.0 - gain(&best)) {
+        let least = best + MORE_GAIN * (1.0 - best);
+        if !two.change.is_usual() && difference.gain(&two) > least {
             if compared.agrees_with(&two)? {
                 return Ok(Some(compared.told(&[two], share, true)));
             }
             singles.insert(0, two);
-            singles.truncate(NAMED);
         }
     }
+    singles.truncate(NAMED);
     Ok(Some(compared.told(&singles, share, false)))
+}
+
+/// Those that explain most first; of those that explain as much, and of those that come first anyway, in the table's order.
+fn likeliest_first(
+    all: &mut [Tried],
+    gain: impl Fn(&Tried) -> f64,
+    is_first: impl Fn(&Tried) -> bool,
+) {
+    all.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
+    let best = all.first().map_or(0.0, &gain);
+    all.sort_by_key(|one| match gain(one) >= AS_MUCH * best || is_first(one) {
+        true => one.change.order(),
+        false => usize::MAX,
+    });
 }
 
 impl Compared<'_> {
@@ -122,6 +116,42 @@ impl Compared<'_> {
             true => within(own.level_c.abs()),
             false => nearest,
         }
+    }
+
+    /// The first that makes the scene agree, of the best of each kind, which stay.
+    fn agreed(
+        &self,
+        singles: &mut Vec<Tried>,
+        difference: &Difference,
+    ) -> Result<Option<Remedy>, SceneError> {
+        let gain = |one: &Tried| difference.gain(one);
+        // Who stands explains little of a recording: any unit's pattern may be as warm.
+        let is_absent =
+            |one: &Tried| one.change.kind == Kind::Without && self.is_absent(one.change.of);
+        singles.retain(|one| gain(one) >= GAIN_MIN || is_absent(one));
+        singles.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
+        let mut kinds = Vec::new();
+        singles.retain(|one| {
+            let kind = (one.change.kind, one.change.of);
+            let is_new = !kinds.contains(&kind);
+            kinds.push(kind);
+            is_new
+        });
+        let best = singles.first().map_or(0.0, gain);
+        likeliest_first(singles, gain, is_absent);
+        let is_tried = |one: &&Tried| gain(one) >= TRIED_SHARE * best || is_absent(one);
+        for (index, one) in singles.iter().filter(is_tried).take(TRIED).enumerate() {
+            if self.agrees_with(one)? {
+                // What was tried before does not agree.
+                let others = singles[index + 1..].iter();
+                let others = others.filter(|other| gain(other) >= AS_MUCH * best);
+                let all = std::iter::once(one).chain(others).take(NAMED);
+                let share = |one: &Tried| difference.share(one);
+                let told = self.told(&all.copied().collect::<Vec<_>>(), share, true);
+                return Ok(Some(told));
+            }
+        }
+        Ok(None)
     }
 
     fn agrees_with(&self, tried: &Tried) -> Result<bool, SceneError> {
@@ -166,6 +196,10 @@ impl Compared<'_> {
             (whats.join(" and "), hows.join(", and "), part)
         };
         let (what, how, part) = in_words(&all[0]);
+        let explains = match is_agreed && share(&all[0]) < GAIN_MIN {
+            true => String::new(),
+            false => format!(", which explains {part} of the difference"),
+        };
         let others = all[1..].iter().map(|one| {
             let (what, how, part) = in_words(one);
             format!(" Less likely, {what} ({part} of the difference): {how}.")
@@ -175,7 +209,7 @@ impl Compared<'_> {
             false => "the scene then comes nearest, but no single change makes it agree",
         };
         Remedy {
-            found: format!("Most likely {what}, which explains {part} of the difference."),
+            found: format!("Most likely {what}{explains}."),
             step: format!("{}: {then}.{}", upper(&how), others.collect::<String>()),
         }
     }

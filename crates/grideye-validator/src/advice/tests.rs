@@ -1,10 +1,10 @@
 //! What remedies and alternatives say, for the list of sentences.
 
-use crate::advice::change::{Change, Compared, Kind};
+use crate::advice::change::{Change, Compared, Kind, Row};
 use crate::advice::search::Tried;
 use crate::align::Orientation;
 use crate::decision::{Alternative, How, Recording, Rendered, View};
-use grideye_scene::Scene;
+use grideye_scene::{Laws, Scene};
 
 const ROOM: &str = r#"
 [room]
@@ -25,6 +25,13 @@ position_mm = [1000, 2000, 2700]
 elevation_deg = 90
 azimuth_deg = 0
 
+[[sensor]]
+name = "level"
+preset = "grid-eye"
+position_mm = [2000, 1000, 600]
+elevation_deg = 0
+azimuth_deg = 90
+
 [[object]]
 name = "radiator"
 size_mm = [800, 100, 600]
@@ -44,7 +51,7 @@ speed_mm_per_s = 500
 "#;
 
 /// A kind, of which it is, and by how much.
-const CHANGES: [(Kind, usize, [f64; 2]); 16] = [
+const CHANGES: [(Kind, usize, [f64; 2]); 17] = [
     (Kind::Unit, 0, [0.0; 2]),
     (Kind::Rate, 0, [0.1, 0.0]),
     (Kind::Late, 0, [1.5, 0.0]),
@@ -60,7 +67,8 @@ const CHANGES: [(Kind, usize, [f64; 2]); 16] = [
     (Kind::Object, 0, [-4.0, 0.0]),
     (Kind::Contrast, 0, [3.0, 0.0]),
     (Kind::Without, 1, [0.0; 2]),
-    (Kind::More, 0, [0.0; 2]),
+    (Kind::More, 0, [1.3, 2.9]),
+    (Kind::Fahrenheit, 0, [-27.1, 0.0]),
 ];
 
 fn room() -> Scene {
@@ -68,15 +76,11 @@ fn room() -> Scene {
     Scene::parse(ROOM, "room", &way).unwrap().scene
 }
 
-/// One of each change, as the only one that makes a scene agree; then two together, and some of which none does.
-pub(crate) fn remedies() -> Vec<String> {
-    let scene = room();
-    let times_s: Vec<f64> = (0..20).map(|index| 0.1 * f64::from(index)).collect();
-    let frames = vec![[21.0; 64]; times_s.len()];
-    let compared = Compared {
+fn compared<'a>(scene: &'a Scene, recording: &'a Recording, laws: &'a Laws) -> Compared<'a> {
+    Compared {
         sensor: "ceiling",
-        recording: &Recording::new(&times_s, &frames, [0.1; 64], 0.25),
-        laws: &scene.laws(),
+        recording,
+        laws,
         how: How {
             right_min: 0.015,
             is_brief: true,
@@ -87,8 +91,20 @@ pub(crate) fn remedies() -> Vec<String> {
         level_c: 3.0,
         same: Vec::new(),
         contrasts: vec![1.0; 2],
-        scene: &scene,
-    };
+        scene,
+    }
+}
+
+fn recording() -> Recording {
+    let times_s: Vec<f64> = (0..20).map(|index| 0.1 * f64::from(index)).collect();
+    Recording::new(&times_s, &[[21.0; 64]; 20], [0.1; 64], 0.25)
+}
+
+/// One of each change, as the only one that makes a scene agree; then two together, and some of which none does.
+pub(crate) fn remedies() -> Vec<String> {
+    let (scene, recording) = (room(), recording());
+    let laws = scene.laws();
+    let compared = compared(&scene, &recording, &laws);
     let upright = Orientation::Upright;
     let tried = |kind, of, by, turned| Tried {
         turned,
@@ -106,18 +122,22 @@ pub(crate) fn remedies() -> Vec<String> {
         .into();
     let mirrored = Orientation::MirroredLeftRight;
     singles.push(tried(Kind::None, 0, [0.0; 2], mirrored));
+    for turned in [Orientation::QuarterClockwise, Orientation::Half] {
+        singles.push(tried(Kind::None, 0, [0.0; 2], turned));
+    }
     let both = tried(Kind::Late, 0, [1.5, 0.0], mirrored);
     let mut all: Vec<_> = singles
         .iter()
         .map(|one| compared.told(&[*one], |_| 0.93, true))
         .collect();
     all.push(compared.told(&[both], |_| 0.93, true));
-    let several = [singles[14], singles[11], singles[16]];
+    all.push(compared.told(&[singles[14]], |_| 0.01, true));
+    let several = [singles[14], singles[11], singles[17]];
     all.push(compared.told(
         &several,
         |one| {
             if one.change.kind == Kind::Without {
-                0.6
+                1.2
             } else {
                 0.4
             }
@@ -149,4 +169,50 @@ pub(crate) fn alternatives() -> Vec<String> {
         Alternative::Backwards,
     ];
     all.iter().map(|one| one.in_words(&view)).collect()
+}
+
+/// Of a scene that looks the same mirrored, no mirror image is a cause.
+#[test]
+fn an_orientation_that_shows_the_same_is_no_cause() {
+    let (scene, recording) = (room(), recording());
+    let laws = scene.laws();
+    let alike = |same: Vec<Orientation>| {
+        let compared = Compared {
+            same,
+            ..compared(&scene, &recording, &laws)
+        };
+        let all = Orientation::ALL.into_iter();
+        all.filter(|one| compared.looks_the_same(*one)).collect()
+    };
+    let [none, mirror, half]: [Vec<Orientation>; 3] = [
+        alike(Vec::new()),
+        alike(vec![Orientation::MirroredTopBottom]),
+        alike(vec![Orientation::Half]),
+    ];
+    assert_eq!((none, half), (Vec::new(), vec![Orientation::Half]));
+    assert_eq!(mirror, Orientation::ALL[4..]);
+}
+
+/// Only what is in view can be warmer, and only a number that is the recording's level in the other unit is in that.
+#[test]
+fn what_no_frame_shows_is_no_cause() {
+    let (scene, recording) = (room(), recording());
+    let laws = scene.laws();
+    let mut here = compared(&scene, &recording, &laws);
+    let object = Row::of(Kind::Object).unwrap();
+    assert!(object.changes(&here, 0, 0.1).is_empty());
+    here.sensor = "level";
+    assert_eq!(object.changes(&here, 0, 0.1).len(), 1);
+    let of = (&scene, "ceiling");
+    let view = View::after(Rendered::default(), of, &[0.0, 0.1], 0.0).unwrap();
+    let warm = scene.in_warmer_room(48.8);
+    let found = [-48.5, -50.9, -45.0, 0.0].map(|level_c| {
+        let compared = Compared {
+            level_c,
+            ..compared(&warm, &recording, &laws)
+        };
+        let fahrenheit = Row::of(Kind::Fahrenheit).unwrap();
+        (fahrenheit.number)(&compared, &view)
+    });
+    assert_eq!(found, [1, 1, 0, 0]);
 }

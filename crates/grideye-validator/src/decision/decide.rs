@@ -1,5 +1,6 @@
 //! From simulated recordings, or worlds, to a decision.
 
+use crate::align::Orientation;
 use crate::constants::{ABSENT, CLEAR_POWER, FAINT};
 use crate::decision::alternative::Alternative;
 use crate::decision::model::{Model, Statistics};
@@ -117,6 +118,15 @@ impl Decision {
     pub(crate) fn found(&self, finding: Finding) -> impl Iterator<Item = &Alternatively> {
         let all = self.alternatives.iter();
         all.filter(move |one| one.finding() == finding)
+    }
+
+    /// Orientations in which the scene looks the same.
+    pub(crate) fn alike(&self) -> Vec<Orientation> {
+        let turned = self.found(Finding::Same).filter_map(|one| match one.of {
+            Alternative::Turned(orientation) => Some(orientation),
+            _ => None,
+        });
+        turned.collect()
     }
 }
 

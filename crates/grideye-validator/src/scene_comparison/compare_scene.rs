@@ -9,9 +9,7 @@ use crate::align::{
 };
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
-use crate::decision::{
-    Alternative, Decision, Finding, How, Image, Recording, Rendered, View, decide,
-};
+use crate::decision::{Alternative, Decision, How, Image, Recording, Rendered, View, decide};
 use crate::error::{ValidatorError, check_resolution, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
@@ -94,23 +92,14 @@ pub(super) fn compared(
     let simulated = renderer.simulated(&real, &aligned, noise_seed);
     let laws = scene.laws().source.into_iter();
     notes.extend(laws.map(|law| format!("The scene leaves open: {law}.")));
-    notes.push(protocol_note(protocol, scene));
-    notes.extend(notes::model(scene));
+    notes.extend(protocol_notes(protocol, scene));
     let noise_c = simulator.sensor().noise_sigma;
     notes.push(format!(
         "The simulated noise has the seed {noise_seed} and σ {noise_c:.2} °C."
     ));
     let settings = settings((scene, simulator), protocol, lag_frames, options);
-    let left_out = aligned.found.left_out.iter();
-    let torn = left_out.filter(|one| one.reason == LeftOut::Torn);
     let prior = Prior {
-        torn_frames: torn.map(|one| one.rows).sum(),
-        left_out: aligned
-            .found
-            .left_out
-            .iter()
-            .copied()
-            .max_by_key(|one| one.rows),
+        left_out: aligned.found.left_out.clone(),
         has_people: !scene.agents().is_empty(),
         drift_c: drift_c(&aligned, &decision, options),
         decision: Some(decision),
@@ -199,11 +188,6 @@ fn decided(
         *rendered = view.into_rendered();
         return Ok((decision, None));
     }
-    let same = decision.found(Finding::Same);
-    let same = same.filter_map(|one| match one.of {
-        Alternative::Turned(orientation) => Some(orientation),
-        _ => None,
-    });
     let compared = Compared {
         scene,
         sensor,
@@ -216,7 +200,7 @@ fn decided(
         start_s: aligned.timeline.start_s(),
         level_max_c,
         level_c,
-        same: same.collect(),
+        same: decision.alike(),
         contrasts: decision.contrasts.iter().map(|one| one.found).collect(),
     };
     let remedy = remedy(&compared, view, rendered)?;
@@ -457,20 +441,21 @@ fn leave_out_fitted(frames: &mut Vec<TimedFrame>) -> FittedShare {
     share
 }
 
-fn protocol_note(protocol: Protocol, scene: &Scene) -> String {
+fn protocol_notes(protocol: Protocol, scene: &Scene) -> impl Iterator<Item = String> {
     let why = if scene.is_static() {
         "nothing moves in the scene"
     } else {
         "the scene's agent moves"
     };
-    match protocol {
+    let note = match protocol {
         Protocol::Static => format!(
             "Every real frame is compared with every simulated one (static protocol; {why})."
         ),
         Protocol::Dynamic => {
             format!("Frames are compared one by one at equal times (dynamic protocol; {why}).")
         }
-    }
+    };
+    std::iter::once(note).chain(notes::model(scene))
 }
 
 fn settings(

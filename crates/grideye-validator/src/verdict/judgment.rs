@@ -22,7 +22,15 @@ pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgmen
     let remedy = evidence.prior.remedy.as_ref();
     let remedy = remedy.filter(|_| verdict == Verdict::Disagrees);
     let remedy = remedy.map(|remedy| (remedy.found.as_str(), remedy.step.as_str()));
+    let is_said = |one: &&Criterion| {
+        // The contrast says more.
+        let is_twice = criteria
+            .iter()
+            .any(|other| other.name == "contrast" && other.state == State::Failed);
+        !(remedy.is_some() && one.name == "right" && is_twice)
+    };
     let decisive = criteria.iter().filter(|one| decides(verdict, one));
+    let decisive = decisive.filter(is_said);
     let decisive = decisive.map(|one| match (remedy, one.name) {
         // What a change mends is no second cause.
         (Some(_), "right" | "contrast") => {
@@ -61,15 +69,16 @@ fn headline(verdict: Verdict, found: &str, evidence: &Evidence<'_>) -> String {
         None => frames(evidence.prior.recorded_frames.max(compared)),
         Some(share) => format!("{} that the scene was not fitted to", frames(share.rest())),
     };
-    let left_out = evidence.prior.left_out;
-    let why = left_out.filter(|one| 10 * one.rows >= evidence.prior.recorded_frames);
-    let why = why.map(|one| format!("; {} were left out: {}", one.rows, one.reason));
+    let left_out = evidence.prior.left_out.iter();
+    let why = left_out.max_by_key(|one| one.rows);
+    let why = why.filter(|one| 10 * one.rows >= evidence.prior.recorded_frames);
+    let why = why.map(|one| format!(" {} were left out ({}).", one.rows, one.reason));
     let why = why.filter(|_| apart.is_none()).unwrap_or_default();
     let turned = match evidence.prior.turned {
         Orientation::Upright => String::new(),
         turned => format!(" The image, which is {turned}, was turned back, as requested."),
     };
-    format!("{title}: {found}Based on {compared} of {all}{why}.{turned}")
+    format!("{title}: {found}Based on {compared} of {all}.{why}{turned}")
 }
 
 /// What a scene that agrees has shown. That a sensor is sound is no reason to believe a scene.

@@ -4,6 +4,7 @@ use crate::advice::Remedy;
 use crate::align::Orientation;
 use crate::decision::{Alternative, Alternatively, Contrast, Decision, Statistic};
 use crate::frames::fitted::FittedShare;
+use crate::frames::{LeftOut, LeftOutCount};
 use crate::thresholds::Thresholds;
 use crate::verdict::judgment::judge;
 use crate::verdict::sensor_criteria::Inspection;
@@ -40,6 +41,14 @@ fn right() -> Decision {
         frames: 600,
         pictures: 300,
         strays: 0,
+    }
+}
+
+const fn left_out(reason: LeftOut, rows: usize) -> LeftOutCount {
+    LeftOutCount {
+        reason,
+        rows,
+        first_seq: 1,
     }
 }
 
@@ -256,7 +265,14 @@ pub(crate) fn judgments() -> Vec<Judgment> {
     }));
     all.push(judged(|_, evidence, prior| {
         evidence.real_frames = 1;
-        (prior.recorded_frames, prior.torn_frames) = (100, 80);
+        prior.recorded_frames = 100;
+        prior.left_out = vec![left_out(LeftOut::Torn, 80)];
+    }));
+    all.push(judged(|_, _, prior| {
+        prior.left_out = vec![
+            left_out(LeftOut::Duplicate, 9),
+            left_out(LeftOut::OutsideScene, 61),
+        ];
     }));
     let faults = Inspection::faulty().criteria(&Thresholds::default(), 10.0, 20.0);
     all.push(judged(|_, _, prior| prior.sensor = faults));

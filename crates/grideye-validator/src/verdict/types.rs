@@ -4,7 +4,7 @@ use crate::advice::Remedy;
 use crate::align::Orientation;
 use crate::decision::Decision;
 use crate::frames::fitted::FittedShare;
-use crate::frames::{LeftOutCount, RoomSource};
+use crate::frames::{LeftOut, LeftOutCount, RoomSource};
 use crate::names::named;
 use grideye_draw::text::frames;
 use serde::Serialize;
@@ -61,10 +61,8 @@ pub(crate) struct Prior {
     pub(crate) pattern: KnownPattern,
     /// Frames that the recording holds, of which some were compared.
     pub(crate) recorded_frames: usize,
-    /// Those of them that are torn, and so left out.
-    pub(crate) torn_frames: usize,
-    /// What was left out most.
-    pub(crate) left_out: Option<LeftOutCount>,
+    /// What was left out of them.
+    pub(crate) left_out: Vec<LeftOutCount>,
     /// The largest common offset that this unit's profile allows, °C.
     pub(crate) level_c: Option<f64>,
     pub(crate) sensor: Vec<Criterion>,
@@ -172,7 +170,9 @@ pub(crate) const WHOLE: &str = "Read all 64 pixels in one burst (one I2C transfe
 impl Prior {
     /// What is wrong with a recording of which most frames are torn.
     pub(crate) fn torn(&self) -> Option<String> {
-        let (torn, all) = (self.torn_frames, frames(self.recorded_frames));
+        let torn = self.left_out.iter();
+        let torn = torn.find(|one| one.reason == LeftOut::Torn)?.rows;
+        let all = frames(self.recorded_frames);
         (2 * torn > self.recorded_frames).then(|| {
             format!("{torn} of {all} are torn: the sensor wrote the next while they were read.")
         })

@@ -326,6 +326,27 @@ fn the_change_that_would_agree_is_named() {
     }
 }
 
+/// Who stands where the scene has nobody is named with the place.
+#[test]
+fn one_more_who_stands_is_named_with_the_place() {
+    let scene = scene(WALK, 100, "");
+    let ways = [WALK, STAND].concat();
+    let records = record(&ways, 100, Truth::Right, UNIT, FIRST_SEED);
+    let options = Options {
+        advises: true,
+        ..options()
+    };
+    let found = compare_scene(&records, &scene, SENSOR, &options).unwrap();
+    let said = found.judgment.headline;
+    let place = said.split_once("one more person was there, longest near [");
+    let place = place.and_then(|(_, place)| place.split_once("] mm"));
+    let place = place.and_then(|(place, _)| place.split_once(", ")).unwrap();
+    for (said, true_mm) in [(place.0, 3_550.0), (place.1, 3_220.0)] {
+        let said_mm: f64 = said.parse().unwrap();
+        assert!((said_mm - true_mm).abs() < 300.0, "{place:?}");
+    }
+}
+
 /// A recording in which the image of a recording of this kind lies mirrored.
 fn mirrored(truth: Truth) -> Vec<Record> {
     let mut records = record(WALK, 100, truth, UNIT, FIRST_SEED);

@@ -67,7 +67,28 @@ enum Wrong {
 /// A kind of mistake, and what the advice must say.
 struct Kind(&'static str, &'static str, [Wrong; 2]);
 
-const KINDS: [Kind; 15] = [
+const KINDS: [Kind; 18] = [
+    Kind(
+        "far too high",
+        " m lower| m higher",
+        [
+            Wrong::Scene(|room| room.sensor_z_mm += 500.0),
+            Wrong::Scene(|room| room.sensor_z_mm -= 900.0),
+        ],
+    ),
+    Kind(
+        "turned",
+        "`azimuth_deg = 0` of the sensor, or compare",
+        [
+            Wrong::Scene(|room| room.azimuth_deg = 90.0),
+            Wrong::Scene(|room| room.azimuth_deg = 180.0),
+        ],
+    ),
+    Kind(
+        "room in °F",
+        "the scene's `ambient_c` is in degrees",
+        [Wrong::Scene(|room| room.ambient_c = 69.8); 2],
+    ),
     Kind(
         "height",
         " m lower| m higher",
