@@ -19,12 +19,9 @@ from sklearn.metrics import mutual_info_score, root_mean_squared_error
 LIMIT = 1e-9
 
 
-def bins(frame, binning):
-    if binning == "grey256" or binning.startswith("levels:"):
-        top = 255 if binning == "grey256" else int(binning.split(":")[1]) - 1
-        spread = frame.max() - frame.min()
-        return half_away(top * (frame - frame.min()) / spread) if spread > 0 else np.zeros(frame.size, dtype=int)
-    return half_away(frame / float(binning.split(":")[1]))
+def bins(frame):
+    spread = frame.max() - frame.min()
+    return half_away(255 * (frame - frame.min()) / spread) if spread > 0 else np.zeros(frame.size, dtype=int)
 
 
 def half_away(values):
@@ -61,15 +58,11 @@ def theirs(pair, given):
         "evaluation_graph": [np.mean(np.abs(difference) < k / 20) for k in range(101)],
         "rmse": root_mean_squared_error(x, y),
         "bias": -difference.mean(),
+        "entropy_real": entropy(bins(x)),
+        "entropy_simulated": entropy(bins(y)),
+        "joint_entropy": entropy(bins(x), bins(y)),
+        "mutual_information": information(bins(x), bins(y)),
     }
-    for name, binning in (("grey", "grey256"), ("binned", given["binning"])):
-        a, b = bins(x, binning), bins(y, binning)
-        found |= {
-            f"entropy_real_{name}": entropy(a),
-            f"entropy_simulated_{name}": entropy(b),
-            f"joint_entropy_{name}": entropy(a, b),
-            f"mutual_information_{name}": information(a, b),
-        }
     blobs = [blob(frame, shape, above) for frame in (x, y)]
     found["centroid_error_pixels"] = None if None in blobs else math.dist(*blobs)
     return found
@@ -90,7 +83,7 @@ def microseconds_a_pair(pairs):
     arrays = [(np.array(pair["real"]), np.array(pair["simulated"])) for pair in pairs[:50]]
 
     def score(x, y):
-        a, b = bins(x, "grey256"), bins(y, "grey256")
+        a, b = bins(x), bins(y)
         difference = np.abs(y - x)
         return (
             np.corrcoef(x, y)[0, 1],

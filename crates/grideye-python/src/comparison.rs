@@ -5,7 +5,6 @@ use crate::recording::Recording;
 use crate::scene::Scene;
 use crate::work::{is_stopped, work};
 use grideye_inputs::{Compared, InputError, Sides, compare};
-use grideye_validator::metrics::Binning;
 use grideye_validator::report::{self, Context};
 use grideye_validator::{AlignOptions, Options, TimeAlignment};
 use pyo3::prelude::*;
@@ -26,7 +25,6 @@ struct Asked {
     start_s: Option<f64>,
     seed: u64,
     align: Vec<String>,
-    binning: Option<String>,
     max_shift_s: f64,
     max_rate_percent: f64,
     command: String,
@@ -89,9 +87,6 @@ fn how(asked: &Asked) -> Result<Options, InputError> {
             "start is {start_s}, expected seconds, like 12.5 or -0.4"
         )));
     }
-    let binning = asked.binning.as_deref().map(str::parse::<Binning>);
-    let binning = binning.transpose();
-    let binning = binning.map_err(|error| InputError::new(format!("binning: {error}")))?;
     let shift_max_s = within("max_shift", asked.max_shift_s, 60.0, "seconds")?;
     let mut align = AlignOptions {
         shift_max: Duration::from_secs_f64(shift_max_s),
@@ -108,7 +103,6 @@ fn how(asked: &Asked) -> Result<Options, InputError> {
     Ok(Options {
         seed: asked.seed,
         start_s: asked.start_s,
-        binning,
         align,
         advises: true,
         is_stopped,

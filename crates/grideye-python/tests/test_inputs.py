@@ -114,7 +114,6 @@ def test_pandas_and_xarray_are_imported_only_when_they_are_asked_for():
     [
         ({"max_shift": 61}, "max_shift is 61, expected 0 to 60 seconds"),
         ({"max_rate": float("nan")}, "max_rate is NaN, expected 0 to 20 %"),
-        ({"binning": "levels:1"}, "binning: `levels:1` is not a binning"),
     ],
 )
 def test_what_a_comparison_cannot_take_is_named(walk, asked, told):

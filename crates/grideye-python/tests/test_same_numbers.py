@@ -52,8 +52,8 @@ def test_a_recording_is_what_convert_makes_of_it(tmp_path, walk):
         ("experiment-1", ["--seed", 4, "--align", "shift,orientation"], {"seed": 4, "align": "shift,orientation"}, 1),
         (
             "experiment-3",
-            ["--binning", "levels:32", "--max-shift", 0.2, "--max-rate", 1],
-            {"binning": "levels:32", "max_shift": 0.2, "max_rate": 1},
+            ["--max-shift", 0.2, "--max-rate", 1],
+            {"max_shift": 0.2, "max_rate": 1},
             0,
         ),
         ("experiment-3", ["--profile", SCENES / "profiles/linaige.toml"], {"profile": SCENES / "profiles/linaige.toml"}, None),

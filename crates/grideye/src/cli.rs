@@ -17,7 +17,6 @@ use grideye_agent::output;
 use grideye_scene::Model;
 use grideye_validator::background::Empty;
 use grideye_validator::calibrate::Half;
-use grideye_validator::metrics::Binning;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -257,11 +256,6 @@ pub(crate) struct Compare {
     /// Below 0 if it begins before the scene: those frames are left out.
     #[arg(long, value_name = "SECONDS", value_parser = scene_seconds, hide_short_help = true)]
     pub(crate) start: Option<f64>,
-    /// Bins of the entropies [default: grey256, as in the paper].
-    ///
-    /// step:WIDTH (°C), levels:N or grey256: 256 gray levels over each frame's own range.
-    #[arg(long, value_name = "BINS", hide_short_help = true)]
-    pub(crate) binning: Option<Binning>,
     #[command(flatten)]
     pub(crate) align: Align,
 }

@@ -32,7 +32,6 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
         thresholds: options.thresholds.as_deref(),
     };
     let how = Options {
-        binning: options.binning,
         start_s: options.start,
         align: options.align.options().map_err(bad_input)?,
         advises: true,

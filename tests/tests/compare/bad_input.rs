@@ -252,30 +252,6 @@ fn a_file_of_another_kind_is_refused() {
     );
 }
 
-#[test]
-fn bins_that_make_no_sense_are_refused_and_those_that_do_are_printed() {
-    let bench = Bench::new();
-    let rows = bench.simulated(STILL, 40);
-    let recording = bench.file("some.csv", &rows);
-    for wrong in ["step:0", "levels:1", "fine"] {
-        refused(
-            &compare(STILL, &recording, &["--binning", wrong]),
-            &[wrong, "step:WIDTH"],
-        );
-    }
-    for bins in ["step:0.5", "levels:16", "grey256"] {
-        let ended = compare(STILL, &recording, &["--binning", bins]);
-        assert_eq!(ended.code, 0, "{ended:?}");
-        let printed = format!("entropies in bins {bins};");
-        assert!(ended.stdout.contains(&printed), "{ended:?}");
-    }
-    let ended = compare(STILL, &recording, &[]);
-    assert!(
-        ended.stdout.contains("entropies in bins grey256;"),
-        "{ended:?}"
-    );
-}
-
 /// The scene says which experiment it stands for; what its file is called does not matter.
 #[test]
 fn the_papers_figures_stand_beside_ours_where_the_scene_says_so() {

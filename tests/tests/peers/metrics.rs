@@ -5,7 +5,7 @@
 
 use grideye_tests::programs::{root, run};
 use grideye_tests::python::peer;
-use grideye_validator::metrics::{Binning, Blob};
+use grideye_validator::metrics::Blob;
 use grideye_validator::{
     Comparison, Measure, Protocol, RealFrame, Settings, SimulatedFrame, compare,
 };
@@ -77,7 +77,7 @@ fn pairs() -> Vec<(Frame, Frame)> {
     pairs
 }
 
-fn compared(x: &Frame, y: &Frame, binning: Binning) -> Comparison {
+fn compared(x: &Frame, y: &Frame) -> Comparison {
     let time = Duration::ZERO;
     let real = RealFrame {
         time,
@@ -90,33 +90,26 @@ fn compared(x: &Frame, y: &Frame, binning: Binning) -> Comparison {
         noise_free: *y,
     };
     let settings = Settings {
-        binning,
         shuffles: 1,
         ..Settings::new(Protocol::Static, AMBIENT_C, 0.25)
     };
     compare(&[real], &[simulated], &settings).unwrap()
 }
 
-fn ours(x: &Frame, y: &Frame, chosen: Binning) -> Value {
-    let [grey, binned] = [Binning::GREY_256, chosen].map(|binning| compared(x, y, binning));
-    let of = |found: &Comparison, measure| found.score(measure).value;
+fn ours(x: &Frame, y: &Frame) -> Value {
+    let found = compared(x, y);
+    let of = |measure| found.score(measure).value;
     let mut figures = json!({
-        "correlation": of(&grey, Measure::Correlation),
-        "image_similarity": of(&grey, Measure::ImageSimilarity),
-        "evaluation_graph": grey.evaluation.simulated,
-        "rmse": of(&grey, Measure::Rmse),
-        "bias": of(&grey, Measure::Bias),
+        "correlation": of(Measure::Correlation),
+        "image_similarity": of(Measure::ImageSimilarity),
+        "evaluation_graph": found.evaluation.simulated,
+        "rmse": of(Measure::Rmse),
+        "bias": of(Measure::Bias),
+        "entropy_real": of(Measure::EntropyReal),
+        "entropy_simulated": of(Measure::EntropySimulated),
+        "joint_entropy": of(Measure::JointEntropy),
+        "mutual_information": of(Measure::MutualInformation),
     });
-    for (name, found) in [("grey", &grey), ("binned", &binned)] {
-        for (key, measure) in [
-            ("entropy_real", Measure::EntropyReal),
-            ("entropy_simulated", Measure::EntropySimulated),
-            ("joint_entropy", Measure::JointEntropy),
-            ("mutual_information", Measure::MutualInformation),
-        ] {
-            figures[format!("{key}_{name}")] = json!(of(found, measure));
-        }
-    }
     let [real, simulated] = [x, y].map(|frame| Blob::find(frame, WARM_ABOVE_C));
     let apart = real.zip(simulated).map(|(a, b)| a.distance_pixels(&b));
     figures["centroid_error_pixels"] = json!(apart);
@@ -128,7 +121,7 @@ fn nanoseconds(pairs: &[(Frame, Frame)]) -> f64 {
     let round = || {
         let start = Instant::now();
         for (x, y) in pairs {
-            black_box(ours(black_box(x), black_box(y), Binning::GREY_256));
+            black_box(ours(black_box(x), black_box(y)));
         }
         start.elapsed()
     };
@@ -140,28 +133,21 @@ fn nanoseconds(pairs: &[(Frame, Frame)]) -> f64 {
 fn every_measure_is_what_other_programs_make_of_the_same_frames() {
     let pairs = pairs();
     let folder = tempfile::tempdir().unwrap();
-    for chosen in [
-        Binning::Step { width_c: 0.25 },
-        Binning::Step { width_c: 0.1 },
-        Binning::Levels { n: 12 },
-    ] {
-        let entry = |(x, y): &(Frame, Frame)| json!({ "real": x.to_vec(), "simulated": y.to_vec(), "ours": ours(x, y, chosen) });
-        let figures = json!({
-            "columns": COLUMNS,
-            "rows": 8,
-            "binning": chosen.to_string(),
-            "warm_above_c": WARM_ABOVE_C,
-            "nanoseconds": nanoseconds(&pairs),
-            "pairs": pairs.iter().map(entry).collect::<Vec<_>>(),
-        });
-        let file = folder.path().join("figures.json");
-        std::fs::write(&file, figures.to_string()).unwrap();
-        let what = "our measures against SciPy, scikit-learn and scikit-image";
-        let Some(mut script) = peer("metrics.py", &[file.to_str().unwrap()], what) else {
-            return;
-        };
-        let ended = run(&mut script);
-        println!("{}", ended.stdout);
-        assert_eq!(ended.code, 0, "{ended:?}");
-    }
+    let entry = |(x, y): &(Frame, Frame)| json!({ "real": x.to_vec(), "simulated": y.to_vec(), "ours": ours(x, y) });
+    let figures = json!({
+        "columns": COLUMNS,
+        "rows": 8,
+        "warm_above_c": WARM_ABOVE_C,
+        "nanoseconds": nanoseconds(&pairs),
+        "pairs": pairs.iter().map(entry).collect::<Vec<_>>(),
+    });
+    let file = folder.path().join("figures.json");
+    std::fs::write(&file, figures.to_string()).unwrap();
+    let what = "our measures against SciPy, scikit-learn and scikit-image";
+    let Some(mut script) = peer("metrics.py", &[file.to_str().unwrap()], what) else {
+        return;
+    };
+    let ended = run(&mut script);
+    println!("{}", ended.stdout);
+    assert_eq!(ended.code, 0, "{ended:?}");
 }

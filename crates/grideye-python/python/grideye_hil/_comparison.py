@@ -158,7 +158,6 @@ def compare(
     align: str = "rate",
     max_shift: float = 0.5,
     max_rate: float = 6.0,
-    binning: Optional[str] = None,
     thresholds: Union[str, os.PathLike[str], None] = None,
     seed: int = 2,
 ) -> Comparison:
@@ -173,7 +172,6 @@ def compare(
         align: what may be aligned, separated by commas: time by none, shift or rate; orientation; pose.
         max_shift: largest delay in either direction, 0 to 60 seconds.
         max_rate: largest error of the sensor's clock, 0 to 20 %.
-        binning: bins of the entropies: "step:WIDTH" (°C), "levels:N" or "grey256"; by default "grey256", as in the paper.
         thresholds: a file with other thresholds of the verdict.
         seed: of the simulated noise in the scores; the verdict does not depend on it. Equal seeds give equal scores.
 
@@ -189,7 +187,6 @@ def compare(
         "align": [name.strip() for name in align.split(",")],
         "max_shift_s": max_shift,
         "max_rate_percent": max_rate,
-        "binning": binning,
         "command": f"grideye_hil.compare({scene!r}, {recording!r})",
     }
     return Comparison(_native.Comparison.of(scene._native, recording._native, asked))

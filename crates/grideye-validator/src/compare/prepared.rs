@@ -3,9 +3,9 @@
 use crate::compare::settings::Settings;
 use crate::frames::types::Pixels;
 use crate::frames::{Protocol, RealFrame, SimulatedFrame};
+use crate::metrics::Blob;
 use crate::metrics::distance::Centered;
 use crate::metrics::entropy::Binned;
-use crate::metrics::{Binning, Blob};
 use crate::numbers::{evenly, median};
 use grideye_frame::PIXELS;
 
@@ -25,7 +25,6 @@ pub(crate) struct Prepared {
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Preparation {
-    pub(crate) binning: Binning,
     pub(crate) warm_above_c: f64,
 }
 
@@ -44,7 +43,7 @@ impl Preparation {
             celsius: *celsius,
             shown: *shown,
             centered: Centered::new(celsius),
-            binned: Binned::new(celsius, self.binning),
+            binned: Binned::new(celsius),
             blob: self.blob(shown, background),
             background,
         }

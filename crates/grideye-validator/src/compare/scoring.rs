@@ -39,7 +39,6 @@ pub(crate) fn compare_with_prior(
     let repeats = repeats.filter_map(|frame| Some((frame.later.as_ref()?, &frame.celsius)));
     let noise_sigma_c = noise_of(repeats);
     let preparation = Preparation {
-        binning: settings.binning,
         warm_above_c: settings.warm_above(noise_sigma_c.unwrap_or(settings.noise_sigma_c)),
     };
     let view = ComparedFrames::new(preparation, real, simulated, settings);

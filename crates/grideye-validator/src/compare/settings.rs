@@ -4,7 +4,6 @@ use crate::constants::{NOISE_SIGMA_C, WARM_STEPS_MIN};
 use crate::error::{ValidatorError, check_setting};
 use crate::frames::types::Pixels;
 use crate::frames::{Protocol, RealFrame, SimulatedFrame};
-use crate::metrics::Binning;
 use crate::numbers::count;
 use crate::thresholds::Thresholds;
 use serde::Serialize;
@@ -31,8 +30,6 @@ pub struct Settings {
     pub ambient_c: f64,
     /// The sensor's step, °C, above zero.
     pub step_c: f64,
-    /// Bins of the entropies, by default the paper's.
-    pub binning: Binning,
     /// Noise of the sensor if the recording has no repeat, °C.
     pub noise_sigma_c: f64,
     /// Frames between a real frame and its repeat; only printed, since the caller picks the frames.
@@ -53,7 +50,6 @@ impl Settings {
             model: "",
             ambient_c,
             step_c,
-            binning: Binning::GREY_256,
             noise_sigma_c: NOISE_SIGMA_C,
             lag_frames: 3,
             shuffles: 200,
@@ -72,17 +68,12 @@ pub(crate) fn check_settings(settings: &Settings) -> Result<(), ValidatorError> 
     let is_above_zero = |value: f64| value.is_finite() && value > 0.0;
     let (ambient_c, step_c, noise_c) =
         (settings.ambient_c, settings.step_c, settings.noise_sigma_c);
-    let width_c = match settings.binning {
-        Binning::Step { width_c } => width_c,
-        Binning::Levels { .. } => 1.0,
-    };
     let has_shuffles = (1..=SHUFFLES_MAX).contains(&settings.shuffles);
     let (width, many) = ("a width above zero", "a number from 1 to 10000");
     let (degrees, deviation) = ("a temperature in degrees", "a deviation above zero");
     check_setting(ambient_c.is_finite(), "ambient_c", degrees, ambient_c)?;
     check_setting(is_above_zero(step_c), "step_c", width, step_c)?;
     check_setting(is_above_zero(noise_c), "noise_sigma_c", deviation, noise_c)?;
-    check_setting(is_above_zero(width_c), "binning", width, width_c)?;
     check_setting(has_shuffles, "shuffles", many, count(settings.shuffles))
 }
 

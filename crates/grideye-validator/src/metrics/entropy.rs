@@ -1,6 +1,5 @@
 //! Entropies and mutual information, by counting bins.
 
-use crate::metrics::binning::Binning;
 use crate::numbers::{all_finite, count, extremes};
 
 /// Mutual information, bits: `H(X) + H(Y) - H(X, Y)` (PeerJ CS 11:e3124, Eq. 6); almost all bias on 64 pixels. Rounding must
@@ -8,6 +7,9 @@ use crate::numbers::{all_finite, count, extremes};
 pub(crate) fn mutual([real, simulated, joint]: [f64; 3]) -> f64 {
     (real + simulated - joint).max(0.0)
 }
+
+/// 256 gray levels over the frame's own range, like an 8-bit image: the paper names no bins, these fit its entropies.
+const TOP_LEVEL: f64 = 255.0;
 
 /// The bin of each pixel, numbered from 0 without gaps.
 #[derive(Debug, Clone)]
@@ -19,20 +21,11 @@ pub(crate) struct Binned {
 }
 
 impl Binned {
-    pub(crate) fn new(frame: &[f64], binning: Binning) -> Option<Self> {
-        let is_width = |width_c: f64| width_c.is_finite() && width_c > 0.0;
+    pub(crate) fn new(frame: &[f64]) -> Option<Self> {
         if frame.is_empty() || !all_finite(frame) {
             return None;
         }
-        let levels: Vec<f64> = match binning {
-            Binning::Levels { n } => over_range(frame, f64::from(n.saturating_sub(1))),
-            Binning::Step { width_c } if is_width(width_c) => frame
-                .iter()
-                .map(|value| (value / width_c).round())
-                .collect(),
-            Binning::Step { .. } => return None,
-        };
-        let (bins, counts) = numbered(&levels);
+        let (bins, counts) = numbered(&over_range(frame));
         let counter = Counter::new(frame.len());
         Some(Self {
             bins,
@@ -49,11 +42,11 @@ impl Binned {
     }
 }
 
-fn over_range(frame: &[f64], top: f64) -> Vec<f64> {
+fn over_range(frame: &[f64]) -> Vec<f64> {
     let (coldest, warmest) = extremes(frame);
     let range = warmest - coldest;
     if range > 0.0 && range.is_finite() {
-        let level = |value: &f64| (top * (value - coldest) / range).round();
+        let level = |value: &f64| (TOP_LEVEL * (value - coldest) / range).round();
         return frame.iter().map(level).collect();
     }
     vec![0.0; frame.len()]

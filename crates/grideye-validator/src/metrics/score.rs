@@ -1,6 +1,5 @@
 //! The measures, and each score with its floors and ceiling.
 
-use crate::metrics::binning::Binning;
 use crate::names::named;
 use serde::Serialize;
 
@@ -42,15 +41,6 @@ impl Measure {
     )]
     pub(crate) const fn place(self) -> usize {
         self as usize
-    }
-
-    /// The stable name where entropies are counted in these bins: `…_grey` for the paper's, else `…_binned`.
-    #[must_use]
-    pub fn name_in(self, binning: Binning) -> String {
-        match (self.name().strip_suffix("_grey"), binning) {
-            (Some(name), binning) if binning != Binning::GREY_256 => format!("{name}_binned"),
-            _ => self.name().to_owned(),
-        }
     }
 
     /// The unit: `°C`, `bit`, `px`, `%` (the value is a share of 0 to 1), or empty for a plain number.

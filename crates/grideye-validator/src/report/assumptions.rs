@@ -2,7 +2,6 @@
 
 use crate::compare::Comparison;
 use crate::frames::RoomSource;
-use crate::metrics::Binning;
 use crate::report::paper;
 use crate::report::text::{Context, list};
 use grideye_draw::text::fixed;
@@ -19,11 +18,7 @@ pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
         ),
         "C ignores a common offset; RMSE, bias and IS do not. RMSE also counts the simulation's noise, which a blank frame lacks."
             .to_owned(),
-        match settings.binning {
-            Binning::GREY_256 => "Entropies use 256 gray levels over each frame's own range: the paper names no binning, this fits its figures.".to_owned(),
-            Binning::Levels { n } => format!("Entropies use {n} levels over each frame's own range."),
-            Binning::Step { width_c } => format!("Entropies use steps of {width_c} °C."),
-        },
+        "Entropies use 256 gray levels over each frame's own range: the paper names no binning, this fits its figures.".to_owned(),
         format!(
             "Shuffled scores use {} random pixel orders, seed {}.",
             settings.shuffles, settings.seed

@@ -106,9 +106,8 @@ fn background(fit: &BackgroundFit) -> Value {
 fn scores(comparison: &Comparison, context: &Context) -> Map<String, Value> {
     let experiment = context.experiment.and_then(paper::experiment);
     let entry = |score: &Score| {
-        let figure = papers(comparison, experiment, score.measure);
-        let name = score.measure.name_in(comparison.settings.binning);
-        (name, self::score(score, figure))
+        let figure = experiment.and_then(|one| one.figure(score.measure));
+        (score.measure.name().to_owned(), self::score(score, figure))
     };
     comparison.scores.iter().map(entry).collect()
 }
@@ -140,7 +139,7 @@ fn timeline(comparison: &Comparison) -> Value {
     let of = |measure: Measure| -> Option<(String, Value)> {
         let values: Vec<Option<f64>> = frames.iter().map(|frame| frame.get(measure)).collect();
         let is_known = values.iter().any(Option::is_some);
-        is_known.then(|| (measure.name_in(comparison.settings.binning), json!(values)))
+        is_known.then(|| (measure.name().to_owned(), json!(values)))
     };
     let scores: Map<String, Value> = Measure::ALL.into_iter().filter_map(of).collect();
     let list = |value: &dyn Fn(&FrameScores) -> Value| -> Vec<Value> {

@@ -1,7 +1,6 @@
 //! Every score with its floors and ceiling, as a table for the page and the terminal; and the paper's three in one line.
 
 use crate::compare::Comparison;
-use crate::metrics::Binning;
 use crate::metrics::score::{Better, Measure, Score};
 use crate::report::paper;
 use crate::report::text::{Context, UNDEFINED, value};
@@ -14,7 +13,7 @@ pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
         format!("<th scope=\"col\">The paper's,<br>exp. {number}</th>")
     });
     let row = |score: &Score| {
-        let figure = experiment.map(|_| self::papers(comparison, experiment, score.measure));
+        let figure = experiment.map(|one| one.figure(score.measure));
         row(score, figure)
     };
     let rows: String = comparison.scores.iter().map(row).collect();
@@ -71,16 +70,6 @@ fn skill(score: &Score) -> String {
     )
 }
 
-/// The experiment's figure, if it has one and is counted in the same bins.
-pub(crate) fn papers(
-    comparison: &Comparison,
-    experiment: Option<&paper::Experiment>,
-    measure: Measure,
-) -> Option<f64> {
-    let is_comparable = measure.unit() != "bit" || comparison.settings.binning == Binning::GREY_256;
-    experiment?.figure(measure).filter(|_| is_comparable)
-}
-
 /// As many digits as the paper prints.
 fn rounded(measure: Measure, figure: f64) -> String {
     match measure {
@@ -105,7 +94,7 @@ pub fn table(comparison: &Comparison, experiment: Option<u8>) -> String {
         comparison
             .scores
             .iter()
-            .map(|score| cells(score, papers(comparison, experiment, score.measure))),
+            .map(|score| cells(score, experiment.and_then(|one| one.figure(score.measure)))),
     );
     let widths: Vec<usize> = (0..names.len())
         .map(|column| lines.iter().map(|line| line[column].chars().count()).max())
@@ -113,8 +102,7 @@ pub fn table(comparison: &Comparison, experiment: Option<u8>) -> String {
         .collect();
     let mut text: String = lines.iter().map(|line| joined(line, &widths)).collect();
     text.push_str(&format!(
-        "entropies in bins {}; {} shuffled orders; offset {} °C\n",
-        comparison.settings.binning,
+        "entropies in 256 gray levels; {} shuffled orders; offset {} °C\n",
         comparison.settings.shuffles,
         fixed(comparison.offset_c, 2),
     ));
@@ -171,7 +159,7 @@ pub fn scores_line(comparison: &Comparison, experiment: Option<u8>) -> String {
             ("blank frame", score.blank),
             ("shuffled", score.shuffled.map(|shuffled| shuffled.mean)),
             ("repeat", score.ceiling),
-            ("the paper's", papers(comparison, published, measure)),
+            ("the paper's", published.and_then(|one| one.figure(measure))),
         ];
         let beside = beside.into_iter();
         let beside = beside.filter_map(|(name, value)| Some(format!("{name} {}", number(value?))));

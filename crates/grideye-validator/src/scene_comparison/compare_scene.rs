@@ -473,7 +473,6 @@ fn settings(
             defaults.noise_sigma_c
         },
         lag_frames,
-        binning: options.binning.unwrap_or(defaults.binning),
         shuffles: options.shuffles,
         seed: options.seed,
         thresholds: options.thresholds,

@@ -5,7 +5,6 @@ use crate::align::{AlignOptions, Alignment};
 use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
 use crate::frames::{Protocol, RoomSource, sensor_step_c};
-use crate::metrics::Binning;
 use crate::thresholds::Thresholds;
 use crate::verdict::sensor_criteria::Inspection;
 use crate::verdict::types::{KnownPattern, Prior};
@@ -39,8 +38,6 @@ pub struct Options {
     /// UTC, or the scene's start.
     pub start_s: Option<f64>,
     pub shuffles: usize,
-    /// Bins of the entropies; by default the paper's 256 levels.
-    pub binning: Option<Binning>,
     pub thresholds: Thresholds,
     pub align: AlignOptions,
     /// Whether to seek the change that would make a refused scene agree, or bring it nearer: some seconds.
@@ -60,7 +57,6 @@ impl Default for Options {
             lag_frames: None,
             start_s: None,
             shuffles: 200,
-            binning: None,
             thresholds: Thresholds::default(),
             align: AlignOptions::default(),
             advises: false,

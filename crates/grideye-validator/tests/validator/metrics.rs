@@ -3,7 +3,7 @@
 use crate::toy::pair;
 use grideye_validator::Measure;
 use grideye_validator::metrics::{
-    Binning, IS_THRESHOLD, THRESHOLDS, bias, correlation, image_similarity, rmse, thresholds_c,
+    IS_THRESHOLD, THRESHOLDS, bias, correlation, image_similarity, rmse, thresholds_c,
 };
 use proptest::prelude::*;
 
@@ -30,13 +30,13 @@ fn quarters(values: [f64; 4]) -> [f64; 64] {
 }
 
 fn graph(real: &[f64; 64], simulated: &[f64; 64]) -> Vec<f64> {
-    let found = pair(real, simulated, Binning::GREY_256).unwrap();
+    let found = pair(real, simulated).unwrap();
     found.evaluation.simulated
 }
 
 /// Entropies of both frames, the joint one, and the mutual information.
-fn bits(real: &[f64; 64], simulated: &[f64; 64], binning: Binning) -> [Option<f64>; 4] {
-    let found = pair(real, simulated, binning).unwrap();
+fn bits(real: &[f64; 64], simulated: &[f64; 64]) -> [Option<f64>; 4] {
+    let found = pair(real, simulated).unwrap();
     [
         Measure::EntropyReal,
         Measure::EntropySimulated,
@@ -72,26 +72,13 @@ fn similarity_of_the_reference_vectors() {
 }
 
 #[test]
-fn entropies_of_the_reference_vectors_in_quarter_degrees() {
-    let (a, b) = reference_frames();
-    let step = Binning::Step { width_c: 0.25 };
-    let [own, other, joint, mutual] = bits(&a, &b, step);
-    close(own, 3.089_407_329);
-    close(other, 3.589_474_105);
-    close(joint, 5.159_774_414);
-    close(mutual, 1.519_107_019);
-}
-
-#[test]
 fn entropies_of_the_reference_vectors_in_grey_levels() {
     let (a, b) = reference_frames();
-    for grey in [Binning::GREY_256, Binning::Levels { n: 256 }] {
-        let [own, other, joint, mutual] = bits(&a, &b, grey);
-        close(own, 3.089_407_329);
-        close(other, 5.452_819_531);
-        close(joint, 5.527_114_648);
-        close(mutual, 3.015_112_211);
-    }
+    let [own, other, joint, mutual] = bits(&a, &b);
+    close(own, 3.089_407_329);
+    close(other, 5.452_819_531);
+    close(joint, 5.527_114_648);
+    close(mutual, 3.015_112_211);
 }
 
 #[test]
@@ -109,28 +96,24 @@ const CROSSED: [f64; 4] = [5.0, 6.0, 5.0, 6.0];
 
 #[test]
 fn entropies_of_frames_counted_by_hand() {
-    let step = Binning::Step { width_c: 1.0 };
-    let of = |values: [f64; 4], binning| {
+    let of = |values: [f64; 4]| {
         let frame = quarters(values);
-        bits(&frame, &frame, binning)[0]
+        bits(&frame, &frame)[0]
     };
-    assert_eq!(of([1.0, 2.0, 3.0, 4.0], step), Some(2.0));
-    assert_eq!(of(HALVES, step), Some(1.0));
-    assert_eq!(of([7.0; 4], step), Some(0.0));
-    assert_eq!(of([7.0; 4], Binning::GREY_256), Some(0.0));
-    let with_halves = |other| bits(&quarters(HALVES), &quarters(other), step);
+    assert_eq!(of([1.0, 2.0, 3.0, 4.0]), Some(2.0));
+    assert_eq!(of(HALVES), Some(1.0));
+    assert_eq!(of([7.0; 4]), Some(0.0));
+    // 256 levels from 0 to 255 °C: values less than half a degree apart may share one.
+    assert_eq!(of([0.0, 0.4, 254.6, 255.0]), Some(1.0));
+    let with_halves = |other| bits(&quarters(HALVES), &quarters(other));
     assert_eq!(with_halves(CROSSED)[2..], [Some(2.0), Some(0.0)]);
     assert_eq!(with_halves([9.0, 9.0, 8.0, 8.0])[3], Some(1.0));
-    let levels = |n| of([1.0, 1.0, 2.0, 3.0], Binning::Levels { n });
-    assert_eq!(levels(2), Some(1.0));
-    assert_eq!((levels(1), levels(0)), (Some(0.0), Some(0.0)));
 }
 
 #[test]
-fn values_around_zero_share_a_bin_whatever_their_sign() {
-    let frame = quarters([-0.2, 0.2, -0.4, 0.4]);
-    let found = bits(&frame, &frame, Binning::Step { width_c: 1.0 });
-    assert_eq!(found[0], Some(0.0));
+fn zero_is_one_bin_whatever_its_sign() {
+    let frame = quarters([-0.0, 0.0, 1.0, 1.0]);
+    assert_eq!(bits(&frame, &frame)[0], Some(1.0));
 }
 
 #[test]
@@ -143,39 +126,12 @@ fn undefined_measures_are_none() {
     assert_eq!(rmse(&slope, &slope[..3]), None);
     assert_eq!(rmse(&[f64::NAN], &[1.0]), None);
     assert_eq!(bias(&[1.0], &[f64::INFINITY]), None);
-    for width_c in [0.0, -0.25, f64::NAN, f64::INFINITY] {
-        assert!(pair(&[20.0; 64], &[20.0; 64], Binning::Step { width_c }).is_err());
-    }
 }
 
 /// A constant frame with a mean that is not a machine number must not correlate rounding.
 #[test]
 fn a_constant_frame_of_an_odd_value_has_no_correlation() {
     assert_eq!(correlation(&[0.1; 64], &[20.3; 64]), None);
-}
-
-#[test]
-fn binnings_that_are_printed_are_read_again() {
-    for binning in [
-        Binning::GREY_256,
-        Binning::Step { width_c: 0.25 },
-        Binning::Levels { n: 32 },
-    ] {
-        assert_eq!(binning.to_string().parse(), Ok(binning));
-    }
-    assert_eq!("step:0.5".parse(), Ok(Binning::Step { width_c: 0.5 }));
-}
-
-#[test]
-fn an_invalid_binning_is_rejected_with_a_hint() {
-    let refused = "|grey|step|step:|step:0|step:-1|step:NaN|step:inf|levels:1|levels:0|levels:70000|levels:2.5|width:3";
-    for text in refused.split('|') {
-        let refused = text.parse::<Binning>().unwrap_err().to_string();
-        assert!(
-            refused.contains("hint: use grey256, step:WIDTH"),
-            "{refused}"
-        );
-    }
 }
 
 fn frame() -> impl Strategy<Value = [f64; 64]> {

@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use crate::toy::pair;
-use grideye_validator::metrics::{self, Binning};
+use grideye_validator::metrics;
 use grideye_validator::{Measure, Protocol, RealFrame, Settings, SimulatedFrame, compare};
 use std::time::Duration;
 
@@ -70,9 +70,8 @@ fn every_real_frame_meets_every_simulated_one() {
         let mean = over_pairs(&|x, y| metrics::image_similarity(x, y, threshold).unwrap());
         assert!((share - mean).abs() < 1e-12, "{threshold}: {share} {mean}");
     }
-    let grey = Binning::GREY_256;
     for measure in [Measure::JointEntropy, Measure::MutualInformation] {
-        let of_one = |x: &_, y: &_| pair(x, y, grey).unwrap().score(measure).value.unwrap();
+        let of_one = |x: &_, y: &_| pair(x, y).unwrap().score(measure).value.unwrap();
         assert!((value(measure) - over_pairs(&of_one)).abs() < 1e-12);
     }
     // The claims' blobs lie two pixels off in both directions in one of four, and right in the others.

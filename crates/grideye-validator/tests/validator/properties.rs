@@ -1,17 +1,11 @@
 //! Properties of the metrics and of whole comparisons, on random frames.
 
 use crate::toy::{pair, settings};
-use grideye_validator::metrics::{Binning, bias, correlation, image_similarity, rmse};
+use grideye_validator::metrics::{bias, correlation, image_similarity, rmse};
 use grideye_validator::{Measure, Protocol, RealFrame, SimulatedFrame, compare};
 use proptest::prelude::*;
 use std::collections::HashMap;
 use std::time::Duration;
-
-const BINNINGS: [Binning; 3] = [
-    Binning::GREY_256,
-    Binning::Step { width_c: 0.25 },
-    Binning::Levels { n: 7 },
-];
 
 /// Sensor values, or any finite number.
 fn pixel() -> impl Strategy<Value = f64> {
@@ -28,17 +22,17 @@ fn sensor_frame() -> impl Strategy<Value = [f64; 64]> {
     proptest::collection::vec(pixel, 64).prop_map(|frame| frame.try_into().unwrap())
 }
 
-fn score(x: &[f64; 64], y: &[f64; 64], binning: Binning, measure: Measure) -> f64 {
-    let found = pair(x, y, binning).unwrap();
+fn score(x: &[f64; 64], y: &[f64; 64], measure: Measure) -> f64 {
+    let found = pair(x, y).unwrap();
     found.score(measure).value.unwrap()
 }
 
-fn mutual_information(x: &[f64; 64], y: &[f64; 64], binning: Binning) -> f64 {
-    score(x, y, binning, Measure::MutualInformation)
+fn mutual_information(x: &[f64; 64], y: &[f64; 64]) -> f64 {
+    score(x, y, Measure::MutualInformation)
 }
 
-fn entropy(x: &[f64; 64], binning: Binning) -> f64 {
-    score(x, x, binning, Measure::EntropyReal)
+fn entropy(x: &[f64; 64]) -> f64 {
+    score(x, x, Measure::EntropyReal)
 }
 
 fn frames() -> impl Strategy<Value = (Vec<f64>, Vec<f64>)> {
@@ -63,14 +57,22 @@ fn correlation_by_variance_of_sums(x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// Mutual information as `sum p(x, y) log2(p(x, y) / (p(x) p(y)))`, with counts in a map.
-fn information_by_divergence(x: &[f64], y: &[f64], width_c: f64) -> f64 {
-    let key = |value: f64| format!("{:.0}", (value / width_c).round());
+fn information_by_divergence(x: &[f64], y: &[f64]) -> f64 {
+    let keys = |frame: &[f64]| -> Vec<String> {
+        let low = frame.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = frame.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let level = |value: &f64| (255.0 * (value - low) / (high - low).max(1e-9)).round();
+        frame
+            .iter()
+            .map(|value| format!("{:.0}", level(value)))
+            .collect()
+    };
     let n = f64::from(u32::try_from(x.len()).unwrap());
     let (mut px, mut py, mut pxy) = (HashMap::new(), HashMap::new(), HashMap::new());
-    for (a, b) in x.iter().zip(y) {
-        *px.entry(key(*a)).or_insert(0.0) += 1.0 / n;
-        *py.entry(key(*b)).or_insert(0.0) += 1.0 / n;
-        *pxy.entry((key(*a), key(*b))).or_insert(0.0) += 1.0 / n;
+    for (a, b) in keys(x).into_iter().zip(keys(y)) {
+        *px.entry(a.clone()).or_insert(0.0) += 1.0 / n;
+        *py.entry(b.clone()).or_insert(0.0) += 1.0 / n;
+        *pxy.entry((a, b)).or_insert(0.0) += 1.0 / n;
     }
     pxy.iter()
         .map(|((a, b), p): (_, &f64)| p * (p / (px[a] * py[b])).log2())
@@ -96,27 +98,22 @@ proptest! {
 
     #[test]
     fn information_agrees_with_its_other_definition(x in sensor_frame(), y in sensor_frame()) {
-        let binning = Binning::Step { width_c: 0.5 };
-        let information = mutual_information(&x, &y, binning);
-        prop_assert!((information - information_by_divergence(&x, &y, 0.5)).abs() < 1e-9);
+        let information = mutual_information(&x, &y);
+        prop_assert!((information - information_by_divergence(&x, &y)).abs() < 1e-9);
     }
 
     #[test]
     fn information_is_symmetric_and_with_oneself_is_entropy(x in sensor_frame(), y in sensor_frame()) {
-        for binning in BINNINGS {
-            let information = |a: &[f64; 64], b: &[f64; 64]| mutual_information(a, b, binning);
-            prop_assert!((information(&x, &y) - information(&y, &x)).abs() < 1e-12);
-            prop_assert!((information(&x, &x) - entropy(&x, binning)).abs() < 1e-12);
-            prop_assert!(information(&x, &y) <= entropy(&x, binning) + 1e-12);
-        }
+        let information = mutual_information;
+        prop_assert!((information(&x, &y) - information(&y, &x)).abs() < 1e-12);
+        prop_assert!((information(&x, &x) - entropy(&x)).abs() < 1e-12);
+        prop_assert!(information(&x, &y) <= entropy(&x) + 1e-12);
     }
 
     #[test]
     fn order_of_the_pixels_leaves_entropy_alone(x in sensor_frame(), order in Just((0..64_usize).collect::<Vec<_>>()).prop_shuffle()) {
         let shuffled: [f64; 64] = std::array::from_fn(|index| x[order[index]]);
-        for binning in BINNINGS {
-            prop_assert_eq!(entropy(&x, binning), entropy(&shuffled, binning));
-        }
+        prop_assert_eq!(entropy(&x), entropy(&shuffled));
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! The page, the JSON and the terminal table of a comparison.
 
 use crate::toy::{AMBIENT_C, Blob, PERSON, UNIT, recording, settings, simulation};
-use grideye_validator::metrics::Binning;
 use grideye_validator::report::{Context, Input, html, json, table};
 use grideye_validator::thresholds::ThresholdSet;
 use grideye_validator::{
@@ -398,7 +397,6 @@ fn json_holds_the_frames_one_by_one_and_the_pixels_over_time() {
         let mean = over_time.sum::<f64>() / 10.0;
         same(&document["maps"]["bias_c"][pixel], Some(mean));
     }
-    assert_eq!(document["settings"]["binning"], "grey256");
 }
 
 /// Columns line up, and all of the page's table is there.
@@ -468,21 +466,6 @@ fn an_undefined_score_is_a_dash_and_null() {
 fn room_sources_have_names() {
     let names = RoomSource::ALL.map(RoomSource::name);
     assert_eq!(names, ["scene", "profile", "recording"]);
-}
-
-/// Entropies in other bins than the paper's have another name, and none of its figures beside them.
-#[test]
-fn the_papers_figures_are_for_its_bins() {
-    let mut comparison = comparison(&[PERSON]);
-    comparison.settings.binning = Binning::Levels { n: 12 };
-    let document: Value = serde_json::from_str(&json(&comparison, &context())).unwrap();
-    let scores = &document["scores"];
-    assert_eq!(scores["mutual_information_grey"], Value::Null);
-    assert_eq!(scores["mutual_information_binned"]["papers"], Value::Null);
-    assert_eq!(scores["correlation"]["papers"], 0.79);
-    let page = html(&comparison, &context());
-    assert!(page.contains("Entropies use 12 levels over each frame&#39;s own range."));
-    assert!(!page.contains("<td class=\"paper\">5.9</td>"));
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! Scores of frames of a toy sensor, floors and ceilings, and rejected input. Frames without a scene have no verdict.
 
 use crate::toy::{Blob, PERSON, UNIT, Unit, recording, settings, simulation};
-use grideye_validator::metrics::Binning;
 use grideye_validator::{
     Comparison, FRAMES_MAX, Measure, Protocol, RealFrame, SHUFFLES_MAX, Settings, SimulatedFrame,
     Verdict, compare,
@@ -76,17 +75,8 @@ fn floors_and_ceilings_show_what_the_papers_measures_hide() {
     assert!(similarity.blank.unwrap() > 0.85);
     assert!(similarity.value.unwrap() > similarity.blank.unwrap());
     let grey = comparison.score(Measure::MutualInformation);
-    let settings = Settings {
-        binning: Binning::Step { width_c: 0.25 },
-        ..settings(Protocol::Static)
-    };
-    let real = recording(10, UNIT, 5, |_| vec![PERSON]);
-    let simulated = simulation(10, 1_005, |_| vec![PERSON]);
-    let step = compare(&real, &simulated, &settings).unwrap();
-    let step = step.score(Measure::MutualInformation);
-    let parts =
-        |score: grideye_validator::Score| score.value.unwrap() - score.shuffled.unwrap().mean;
-    assert!(parts(grey) < 0.3 * parts(step), "{grey:?} {step:?}");
+    let shuffled = grey.shuffled.unwrap().mean;
+    assert!(shuffled > 0.7 * grey.value.unwrap(), "{grey:?}");
     let correlation = comparison.score(Measure::Correlation);
     assert_eq!(correlation.blank, None);
     assert!(correlation.shuffled.unwrap().mean.abs() < 0.15);

@@ -1,6 +1,5 @@
 //! A minimal sensor and simulator, independent of each other and of grideye-scene.
 
-use grideye_validator::metrics::Binning;
 use grideye_validator::{
     Comparison, Protocol, RealFrame, Settings, SimulatedFrame, ValidatorError, compare,
 };
@@ -113,11 +112,7 @@ fn time(index: u32) -> Duration {
 }
 
 /// One frame compared with another.
-pub(crate) fn pair(
-    real: &[f64; 64],
-    simulated: &[f64; 64],
-    binning: Binning,
-) -> Result<Comparison, ValidatorError> {
+pub(crate) fn pair(real: &[f64; 64], simulated: &[f64; 64]) -> Result<Comparison, ValidatorError> {
     let time = Duration::ZERO;
     let real = RealFrame {
         time,
@@ -130,7 +125,6 @@ pub(crate) fn pair(
         noise_free: *simulated,
     };
     let settings = Settings {
-        binning,
         shuffles: 1,
         ..Settings::new(Protocol::Static, AMBIENT_C, STEP_C)
     };
