@@ -5,7 +5,6 @@ use crate::background::fit::BackgroundFit;
 use crate::compare::{Comparison, FilmFrame, FrameScores};
 use crate::metrics::score::{Measure, Score};
 use crate::report::paper;
-use crate::report::scores::papers;
 use crate::report::text::Context;
 use grideye_frame::{COLUMNS, ROWS};
 use serde_json::{Map, Value, json};
