@@ -95,11 +95,6 @@ fn send(
         return;
     };
     person.posture = Posture::Walk;
-    // Who sits at first has sat before.
-    person.warm_as = stops
-        .first()
-        .and_then(|stop| stop.posture)
-        .unwrap_or(Posture::Walk);
     person.facing = rotation_z_deg(yaw_deg);
     agent.start_m = *start_m;
     agent.keeps = Keep::all(stops);

@@ -45,8 +45,6 @@ pub struct Person {
     pub clothing: Clothing,
     /// Length of one stride, two steps.
     pub(crate) stride_m: f64,
-    /// The posture whose warmth skin and clothes have: they take minutes to follow.
-    pub(crate) warm_as: Posture,
     /// Turns its front from +x to where it looks if it does not walk.
     pub(crate) facing: DMat3,
 }
@@ -199,7 +197,6 @@ impl Person {
             posture,
             clothing,
             stride_m: Self::stride_m(height_m),
-            warm_as: posture,
             facing: DMat3::IDENTITY,
         }
     }
@@ -436,7 +433,7 @@ impl Person {
 
     /// The temperature of the outside of clothes, °C: the heat that passes them leaves them (ISO 7730:2005, eq. 2).
     fn outside_c(&self, clo: f64, warmer_c: f64, ambient_c: f64) -> f64 {
-        let metabolic = match self.warm_as {
+        let metabolic = match self.posture {
             Posture::Walk => 1.7 * MET,
             Posture::Stand => 1.2 * MET,
             Posture::Sit => MET,
