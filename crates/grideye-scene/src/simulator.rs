@@ -61,8 +61,8 @@ impl Simulator {
         Self::with_lines(scene, sensor_name, Lines::Fine)
     }
 
-    /// The same for many frames: in the physical model a third of the time is saved for pixels that differ by thousandths
-    /// of a degree.
+    /// The same for many frames: the physical model has a third fewer lines, and pixels that differ by thousandths of a
+    /// degree.
     ///
     /// # Errors
     /// [`SceneError::UnknownSensor`].
