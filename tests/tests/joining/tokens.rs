@@ -178,7 +178,14 @@ fn a_running_agent_whose_token_is_replaced_goes_on_with_the_new_one_and_loses_no
     let whole = "120 read = 120 stored + 0 dropped + 0 lost; ";
     assert!(summary.contains(whole), "{summary}");
     assert_eq!((count("read"), count("stored")), (120, 120));
+}
 
+#[test]
+fn two_tokens_of_a_device_are_told_apart_by_their_dates_and_states() {
+    let site = Site::new();
+    let first = site.code("pi-1");
+    assert_eq!(site.grideye(&["token", "revoke", "pi-1"]).code, 0);
+    let second = site.code("pi-1");
     let listed = site.grideye(&["token", "list"]).stdout;
     let lines: Vec<&str> = listed.lines().collect();
     assert!(lines[0].starts_with("token         made (UTC)        state    scope   name  devices"));
