@@ -268,7 +268,8 @@ pub(crate) fn judgments() -> Vec<Judgment> {
         prior.recorded_frames = 100;
         prior.left_out = vec![left_out(LeftOut::Torn, 80)];
     }));
-    all.push(judged(|_, _, prior| {
+    all.push(judged(|decision, _, prior| {
+        decision.frames = 542;
         prior.left_out = vec![
             left_out(LeftOut::Duplicate, 9),
             left_out(LeftOut::OutsideScene, 61),

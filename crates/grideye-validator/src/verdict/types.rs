@@ -170,8 +170,8 @@ pub(crate) const WHOLE: &str = "Read all 64 pixels in one burst (one I2C transfe
 impl Prior {
     /// What is wrong with a recording of which most frames are torn.
     pub(crate) fn torn(&self) -> Option<String> {
-        let mut torn = self.left_out.iter();
-        let torn = torn.find(|one| one.reason == LeftOut::Torn)?.rows;
+        let torn = |one: &&LeftOutCount| one.reason == LeftOut::Torn;
+        let torn = self.left_out.iter().find(torn)?.rows;
         let all = frames(self.recorded_frames);
         (2 * torn > self.recorded_frames).then(|| {
             format!("{torn} of {all} are torn: the sensor wrote the next while they were read.")
