@@ -330,7 +330,7 @@ fn the_change_that_would_agree_is_named() {
 #[test]
 fn one_more_who_stands_is_named_with_the_place() {
     let scene = scene(WALK, 100, "");
-    let ways = [WALK, &[Way::Stands(0.9, 0.7)]].concat();
+    let ways = [WALK, &[Way::Stands(0.5, 0.5)]].concat();
     let records = record(&ways, 100, Truth::Right, UNIT, FIRST_SEED);
     let options = Options {
         advises: true,
@@ -342,7 +342,7 @@ fn one_more_who_stands_is_named_with_the_place() {
     let place = place.and_then(|(_, place)| place.split_once("] mm"));
     let place = place.and_then(|(place, _)| place.split_once(", "));
     let place = place.map(|(x, y)| [x, y].map(|mm| mm.parse::<f64>().unwrap()));
-    let is_there = |[x, y]: [f64; 2]| (x - 3900.0).hypot(y - 3700.0) < 300.0;
+    let is_there = |[x, y]: [f64; 2]| (x - 3500.0).hypot(y - 3500.0) < 300.0;
     assert!(place.is_some_and(is_there), "{said}");
 }
 
