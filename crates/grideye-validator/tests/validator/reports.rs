@@ -427,7 +427,7 @@ fn the_table_for_a_terminal_lines_up() {
     );
     holds(
         &text,
-        &["entropies in bins grey256; 20 shuffled orders; offset "],
+        &["entropies in 256 gray levels; 20 shuffled orders; offset "],
     );
     assert!(!table(&comparison, None).contains("the paper's,"));
 }
