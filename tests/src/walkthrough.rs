@@ -30,7 +30,7 @@ pub struct Walkthrough {
     here: tempfile::TempDir,
 }
 
-/// Whether the documents' pictures and outputs are to be written.
+/// Whether this run writes the documents' pictures and outputs.
 #[must_use]
 pub fn are_written() -> bool {
     std::env::var_os("GRIDEYE_PICTURES").is_some()

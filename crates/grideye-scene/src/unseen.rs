@@ -47,7 +47,7 @@ const PHYSICAL_REACH: f64 = 1.15;
 impl Scene {
     /// What this sensor never sees in the scene's time, or what no sensor sees; without sensors, only who is never there.
     ///
-    /// It is sure of what it says: if too many images would be needed to know, it is silent.
+    /// It says only what is certain: if too many images would be needed to know, it is silent.
     #[must_use]
     pub fn unseen(&self, sensor: Option<&str>) -> Vec<Unseen> {
         self.unseen_while(sensor, &|| true)

@@ -97,7 +97,7 @@ pub(crate) const ASIDE_M: f64 = 0.5;
 pub(crate) const LATE_S: f64 = 0.8;
 /// Part of the time, and of the time in view, that a person must be told to be there.
 pub(crate) const PARTS: usize = 5;
-/// Least share of what a person shows in a part of the time that is asked about.
+/// A part of the time is asked about from this share of a person's warmth on.
 pub(crate) const SHOWN_MIN: f64 = 0.03;
 /// Shortest such part, seconds.
 pub(crate) const PART_S: f64 = 1.0;
@@ -136,9 +136,9 @@ pub(crate) const WITHIN_M: f64 = 0.18;
 
 /// Share of the difference that a change must take away to be named.
 pub(crate) const GAIN_MIN: f64 = 0.1;
-/// A change that takes away this share of what the best does explains as much: the first in the table is named first.
+/// A change with this share of the best one's gain explains as much: the first in the table is named first.
 pub(crate) const AS_MUCH: f64 = 0.97;
-/// A change that takes away this share of what the best does is tried with the full verdict.
+/// A change with this share of the best one's gain is tried with the full verdict.
 pub(crate) const TRIED_SHARE: f64 = 0.5;
 /// What two changes must take away beyond one, as a share of what is left.
 pub(crate) const MORE_GAIN: f64 = 0.15;

@@ -96,7 +96,7 @@ fn join(data: &[u8]) {
 }
 
 /// Once as a file that somebody damaged, once as payloads whose checksums are right: a checksum is not to be guessed, and
-/// what stands behind it is to be reached.
+/// decoders must reach what stands behind it.
 fn segment(data: &[u8]) {
     const NUMBER: u64 = 7;
     if let Ok(entries) = Entries::of_segment(NUMBER, data) {

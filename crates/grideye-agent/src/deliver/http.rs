@@ -99,7 +99,7 @@ impl Http {
         Ok((status, understand((status, error), &answer, retry_after)))
     }
 
-    /// Takes the token that joining has written since. A line of another collector needs a restart: its store counts anew.
+    /// Takes the token that joining has written since. A line of another collector needs a restart: its store begins its counts again.
     fn take_new_token(&mut self) -> bool {
         let joined = self
             .joined

@@ -39,7 +39,7 @@ pub(crate) fn alignment(found: &Alignment, rows: usize, timeline: &Timeline) -> 
     notes
 }
 
-/// A scene of the paper is to be as the paper has it.
+/// A scene of the paper stays as the paper has it.
 pub(crate) fn model(scene: &Scene) -> Option<String> {
     let is_of_sensor = scene.model() == Model::Physical || scene.paper_experiment().is_some();
     (!is_of_sensor).then(|| {
