@@ -105,7 +105,7 @@ fn find_service(args: &JoinArgs) -> anyhow::Result<Found> {
     if args.no_start {
         let running = match args.replace {
             true => {
-                "; one that runs takes a new token of its collector within a minute; restart it for another collector, or if it is a service"
+                "; one that runs takes the new token once its collector refuses the old one; restart it for another collector, or if it is a service"
             }
             false => "",
         };
