@@ -171,7 +171,8 @@ fn a_running_agent_whose_token_is_replaced_goes_on_with_the_new_one_and_loses_no
         .args(["join", &second, "--no-start", "--replace", "--out"])
         .arg(site.path("collector.toml")));
     assert_eq!(replaced.code, 0, "{replaced:?}");
-    let told = "; one that runs takes the new token once its collector refuses the old one; restart it";
+    let told =
+        "; one that runs takes the new token once its collector refuses the old one; restart it";
     assert!(replaced.stdout.contains(told), "{replaced:?}");
     let ended = agent.wait_with_output().unwrap();
     let summary = String::from_utf8_lossy(&ended.stdout);
