@@ -5,7 +5,7 @@
 //! finer.
 //!
 //! Horizontal lines cut the image more finely than a pixel. Along a line the integral is exact; across, each line
-//! stands for a [`Lines::Fine`] or [`Lines::Coarse`] share of the narrowest pixel, cut where an edge runs along it.
+//! stands for a 24th (for data sets a 16th) of the narrowest pixel, cut where an edge runs along it.
 
 mod line;
 mod map;

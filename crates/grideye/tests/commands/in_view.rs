@@ -1,6 +1,6 @@
-//! Data sets that are balanced by the people in view.
+//! Data sets that are balanced by the people in view, and draws whose values conflict.
 
-use crate::dataset::{done, files, refused};
+use crate::dataset::{assert_same, done, files, refused, scene};
 use std::fs;
 use std::process::Command;
 
@@ -72,5 +72,48 @@ fn people_in_view_are_balanced_if_asked_for() {
     assert!(
         said.contains("none of 1000 draws has 3 in view\nhint: "),
         "{said}"
+    );
+}
+
+/// A wide person may stand in the middle, and a narrow one at the wall.
+#[test]
+fn a_draw_whose_values_conflict_is_left_out_and_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = "agent.person.position_mm=[2000..3700, 2000, 0]";
+    let made = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_grideye"));
+        command.arg("dataset").arg(scene("experiment-1"));
+        command.args(["--frames", "60", "--frames-per-part", "10", "--vary", place]);
+        let size = "agent.person.size_mm=[300..1500, 500, 1750]";
+        command.args(["--vary", size]).args(more);
+        (done(command.arg("--out").arg(&out)), out)
+    };
+    let (told, whole) = made("whole", &[]);
+    let left_out = told
+        .lines()
+        .find_map(|line| line.strip_prefix("draws left out because their values conflict: "));
+    let left_out: u32 = left_out.unwrap().parse().unwrap();
+    assert!((1..60).contains(&left_out), "{told}");
+    let card = fs::read_to_string(whole.join("README.md")).unwrap();
+    let line = format!("- {left_out} draws were left out: their values conflict\n");
+    assert!(card.contains(&line), "{card}");
+    let (_, shards) = made("shards", &["--shard", "2/2"]);
+    made("shards", &["--shard", "1/2"]);
+    assert_same(&whole, &shards);
+    // Where all conflict, the first says how.
+    let mut never = Command::new(env!("CARGO_BIN_EXE_grideye"));
+    never.arg("dataset").arg(scene("experiment-1"));
+    never.args([
+        "--frames",
+        "60",
+        "--vary",
+        place.replace("2000..", "").as_str(),
+    ]);
+    never.args(["--vary", "agent.person.size_mm=[700, 500, 1750]", "--out"]);
+    let told = refused(never.arg(folder.path().join("never")));
+    assert!(
+        told.contains("frame 0 (") && told.contains("leaves the room"),
+        "{told}"
     );
 }
